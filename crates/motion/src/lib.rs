@@ -1,0 +1,31 @@
+//! Bodies that move: tracked features or poses over frames, point-set registration, relative motion.
+//!
+//! Everything here is about *how bodies move*; nothing here knows what a joint is.
+//!
+//! ```text
+//! Recording ─ Body ─┬─ Tracks (points)  ─ registration ─┐
+//!                   └─ poses ───────────────────────────┴─ BodyMotion ─┐
+//!                                                          BodyMotion ─┴─ RelativeMotion
+//! ```
+//!
+//! # Conventions
+//! * Metres, seconds, radians, `f64`.
+//! * A [`Pose`] is named by its direction: `target_from_source` maps source coordinates to target coordinates.
+//! * A body's coordinates coincide with the recording's coordinates at the body's first posed frame, so the pose
+//!   `recording_from_body` of that frame is the identity.
+//! * Frames are indices `0..T` into the recording; a missing sample or pose is `None`, never a number.
+
+mod body;
+mod error;
+mod recording;
+mod tracks;
+
+pub use body::{Body, Observation};
+pub use error::MotionError;
+pub use recording::Recording;
+pub use tracks::Tracks;
+
+pub use nalgebra;
+
+/// Rigid motion, element of SE(3), named `target_from_source`.
+pub type Pose = nalgebra::Isometry3<f64>;
