@@ -16,13 +16,24 @@
 //! * Frames are indices `0..T` into the recording; a missing sample or pose is `None`, never a number.
 
 mod body;
+mod body_motion;
 mod error;
+mod extent;
+mod noise;
 mod recording;
+mod registration;
+mod relative_motion;
+mod settings;
 mod tracks;
 
 pub use body::{Body, Observation};
+pub use body_motion::{BodyMotion, Noise};
 pub use error::MotionError;
+pub use extent::{extent, path_length};
 pub use recording::Recording;
+pub use registration::{RegistrationError, register};
+pub use relative_motion::{Lengths, RelativeMotion, RelativeMotionError, Trajectories, Trajectory};
+pub use settings::{MotionSettings, NoiseSetting, Registration};
 pub use tracks::Tracks;
 
 pub use nalgebra;

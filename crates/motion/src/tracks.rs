@@ -77,7 +77,7 @@ impl Tracks {
     }
 
     /// The observed samples of one frame, as (feature, position in metres).
-    pub fn seen(&self, frame: usize) -> impl Iterator<Item = (usize, &Point3<f64>)> {
+    pub fn seen(&self, frame: usize) -> impl Iterator<Item = (usize, &Point3<f64>)> + Clone {
         self.frame(frame).iter().enumerate().filter(move |(feature, _)| self.is_visible(frame, *feature))
     }
 

@@ -1,0 +1,366 @@
+//! The motion of one body: its pose in every frame, its shape, its noise.
+
+use std::borrow::Cow;
+
+use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
+
+use crate::{
+    Body, MotionSettings, NoiseSetting, Observation, Pose, Registration, RegistrationError, Tracks, noise, register,
+};
+
+/// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
+const SHAPE_ROUNDS: usize = 50;
+/// Change of the shape, as a share of its size, at which the alternation has converged.
+const SHAPE_CONVERGED: f64 = 1e-11;
+/// Rounds that bring the shape behind `chained` and `first` poses close enough to measure noise.
+const NOISE_ROUNDS: usize = 3;
+/// Uncertainty of the turn about the features' line above which that turn counts as unobserved, radians.
+const VAGUE_TURN: f64 = 0.3;
+
+/// Position features `x`, or rather their index, known in the body's coordinates.
+type Shape = Vec<Option<Point3<f64>>>;
+
+/// The motion of one body over the frames of a recording.
+///
+/// # Convention
+/// Poses are `recording_from_body`; the body's coordinates coincide with the recording's at its first posed frame, so
+/// that pose is the identity (also for bodies given as poses). A frame in which the body cannot be posed is `None`.
+#[derive(Debug, Clone)]
+pub struct BodyMotion<'r> {
+    name: &'r str,
+    tracks: Cow<'r, Tracks>,
+    poses: Vec<Option<Pose>>,
+    unposed: Option<String>,
+    noise: Noise,
+}
+
+/// Estimated or given noise of a body's observations.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Noise {
+    /// Standard deviation of one coordinate of a position, metres; `None` where the data do not tell.
+    pub position: Option<f64>,
+    /// Standard deviation of one coordinate of a rotation vector, radians; only for bodies given as poses.
+    pub rotation: Option<f64>,
+}
+
+impl<'r> BodyMotion<'r> {
+    /// Recovers the motion of a body.
+    ///
+    /// A body whose orientation is not observed (one or two features, collinear ones, features that lie on a line up
+    /// to their noise) has no poses, and [`BodyMotion::unposed`] says why; its positions still serve as a moving body.
+    pub fn of(body: &'r Body, settings: &MotionSettings) -> Self {
+        match body.observation() {
+            Observation::Points { tracks, .. } => Self::of_points(body.name(), tracks, settings),
+            Observation::Poses(poses) => Self::of_poses(body.name(), poses, settings),
+            Observation::AtRest(frames) => Self {
+                noise: Noise { position: Some(0.0), rotation: Some(0.0) },
+                ..Self::of_poses(body.name(), &vec![Some(Pose::identity()); *frames], settings)
+            },
+        }
+    }
+
+    fn of_points(name: &'r str, tracks: &'r Tracks, settings: &MotionSettings) -> Self {
+        let registered = match settings.registration {
+            Registration::Chained => chained(tracks),
+            Registration::First => first(tracks),
+            Registration::Shape => chained(tracks).map(|poses| settle(tracks, poses, SHAPE_ROUNDS).0),
+        };
+        let (mut poses, mut unposed, mut position) = match registered {
+            Ok(poses) => {
+                let (settled, shape) = settle(tracks, poses.clone(), NOISE_ROUNDS);
+                let position = noise::from_residuals(tracks, &settled, &shape);
+                (poses, vague_turn(&shape, position), position)
+            }
+            Err(reason) => (vec![None; tracks.frames()], Some(reason.to_string()), None),
+        };
+        if unposed.is_some() {
+            poses.fill(None);
+            position = position.or_else(|| noise::of_single_points(tracks));
+        }
+        if let NoiseSetting::Known(sigma) = settings.noise {
+            position = Some(sigma);
+        }
+        if let Some(reason) = &mut unposed {
+            reason.insert_str(0, "its orientation is not observed: ");
+        }
+        Self { name, tracks: Cow::Borrowed(tracks), poses, unposed, noise: Noise { position, rotation: None } }
+    }
+
+    fn of_poses(name: &'r str, tracked: &[Option<Pose>], settings: &MotionSettings) -> Self {
+        let start = tracked.iter().flatten().next().copied().unwrap_or_default();
+        let position = match settings.noise {
+            NoiseSetting::Known(sigma) => Some(sigma),
+            NoiseSetting::Estimate => noise::of_positions(tracked),
+        };
+        Self {
+            name,
+            tracks: Cow::Owned(virtual_features(tracked, settings.pose_radius)),
+            poses: tracked.iter().map(|pose| Some(pose.as_ref()? * start.inverse())).collect(),
+            unposed: None,
+            noise: Noise { position, rotation: noise::of_rotations(tracked) },
+        }
+    }
+
+    /// The body's name.
+    pub fn name(&self) -> &str {
+        self.name
+    }
+
+    /// Its features in the recording's coordinates, metres; four virtual ones for a body given as poses.
+    pub fn tracks(&self) -> &Tracks {
+        &self.tracks
+    }
+
+    /// `recording_from_body` for every frame.
+    pub fn poses(&self) -> &[Option<Pose>] {
+        &self.poses
+    }
+
+    /// Why the body has no poses at all, if so.
+    pub fn unposed(&self) -> Option<&str> {
+        self.unposed.as_deref()
+    }
+
+    /// Noise of its observations.
+    pub fn noise(&self) -> Noise {
+        self.noise
+    }
+
+    /// The first frame in which the body has a pose: there its coordinates are the recording's.
+    pub fn first_posed_frame(&self) -> Option<usize> {
+        self.poses.iter().position(Option::is_some)
+    }
+
+    /// The first frame in which any feature of the body is seen.
+    pub fn first_seen_frame(&self) -> Option<usize> {
+        (0..self.tracks.frames()).find(|&frame| self.tracks.seen_count(frame) > 0)
+    }
+}
+
+/// Four virtual features, the corners of a regular tetrahedron at `radius` metres from the tracked origin.
+fn virtual_features(tracked: &[Option<Pose>], radius: f64) -> Tracks {
+    let r = radius / 3_f64.sqrt();
+    let corners = [[r, r, r], [r, -r, -r], [-r, r, -r], [-r, -r, r]].map(Point3::from);
+    let missing = [Point3::from([f64::NAN; 3]); 4];
+    let positions = tracked.iter().flat_map(|pose| pose.map_or(missing, |pose| corners.map(|corner| pose * corner)));
+    Tracks::new(4, positions.collect()).expect("four positions per frame")
+}
+
+/// Registers a frame to the known positions of features in the body's coordinates.
+fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Pose, RegistrationError> {
+    register(tracks.seen(frame).filter_map(|(feature, target)| Some((shape[feature].as_ref()?, target))))
+}
+
+/// The first frame that can be posed, and its features' positions, which define the body's coordinates.
+fn first_shape(tracks: &Tracks) -> Result<(usize, Shape), RegistrationError> {
+    let mut refusal = RegistrationError::TooFewPoints { found: 0 };
+    for frame in 0..tracks.frames() {
+        let shape: Shape = (0..tracks.features()).map(|feature| tracks.get(frame, feature).copied()).collect();
+        match pose_of(tracks, frame, &shape) {
+            Ok(_) => return Ok((frame, shape)),
+            Err(collinear @ RegistrationError::Collinear { .. }) => refusal = collinear,
+            Err(RegistrationError::TooFewPoints { found }) => {
+                if let RegistrationError::TooFewPoints { found: most } = &mut refusal {
+                    *most = found.max(*most);
+                }
+            }
+        }
+    }
+    Err(refusal)
+}
+
+/// Thesis Algorithm 3: every frame to the one before.
+///
+/// Registering to the features' latest positions, carried back into the body's coordinates, is the same least squares
+/// problem as registering to the previous frame and composing; and a feature or a whole body that was lost for some
+/// frames is taken up where it was last seen.
+fn chained(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
+    let (start, mut latest) = first_shape(tracks)?;
+    let mut poses = vec![None; tracks.frames()];
+    poses[start] = Some(Pose::identity());
+    for frame in start + 1..tracks.frames() {
+        let Ok(pose) = pose_of(tracks, frame, &latest) else { continue };
+        for (feature, position) in tracks.seen(frame) {
+            latest[feature] = Some(pose.inverse_transform_point(position));
+        }
+        poses[frame] = Some(pose);
+    }
+    Ok(poses)
+}
+
+/// Every frame to the first one, by the features that the first one shows.
+fn first(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
+    let (start, shape) = first_shape(tracks)?;
+    let mut poses: Vec<_> = (0..tracks.frames()).map(|frame| pose_of(tracks, frame, &shape).ok()).collect();
+    poses[..=start].fill(None);
+    poses[start] = Some(Pose::identity());
+    Ok(poses)
+}
+
+/// Alternates between the mean shape and the poses that fit it (generalised Procrustes analysis), until the shape
+/// rests; then moves the coordinates so that the first pose is the identity.
+fn settle(tracks: &Tracks, mut poses: Vec<Option<Pose>>, rounds: usize) -> (Vec<Option<Pose>>, Shape) {
+    let mut shape = mean_shape(tracks, &poses);
+    for _ in 0..rounds {
+        for (frame, pose) in poses.iter_mut().enumerate() {
+            *pose = pose_of(tracks, frame, &shape).ok();
+        }
+        let next = mean_shape(tracks, &poses);
+        let (change, size) = (change(&shape, &next), spread(&next).trace().sqrt());
+        shape = next;
+        if change <= SHAPE_CONVERGED * size {
+            break;
+        }
+    }
+    if let Some(start) = poses.iter().flatten().next().copied() {
+        for pose in poses.iter_mut().flatten() {
+            *pose *= start.inverse();
+        }
+        for position in shape.iter_mut().flatten() {
+            *position = start * *position;
+        }
+    }
+    (poses, shape)
+}
+
+/// Mean of every feature's positions in the body's coordinates.
+fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
+    let mut sums = vec![(0.0, Vector3::zeros()); tracks.features()];
+    for (frame, pose) in poses.iter().enumerate() {
+        let Some(pose) = pose else { continue };
+        for (feature, position) in tracks.seen(frame) {
+            let (count, sum) = &mut sums[feature];
+            *count += 1.0;
+            *sum += pose.inverse_transform_point(position).coords;
+        }
+    }
+    sums.into_iter().map(|(count, sum)| (count > 0.0).then(|| Point3::from(sum / count))).collect()
+}
+
+/// Largest distance that a feature's position moved, metres.
+fn change(before: &Shape, after: &Shape) -> f64 {
+    let moved = |(a, b): (&Option<Point3<f64>>, &Option<Point3<f64>>)| match (a, b) {
+        (Some(a), Some(b)) => nalgebra::distance(a, b),
+        (None, None) => 0.0,
+        _ => f64::INFINITY,
+    };
+    before.iter().zip(after).map(moved).fold(0.0, f64::max)
+}
+
+/// Scatter matrix of the shape about its centroid, m².
+fn spread(shape: &Shape) -> Matrix3<f64> {
+    let known = || shape.iter().flatten().map(|p| p.coords);
+    let centroid = known().sum::<Vector3<f64>>() / known().count().max(1) as f64;
+    known().map(|x| x - centroid).map(|x| x * x.transpose()).sum()
+}
+
+/// Says so if noise of `sigma` metres leaves the turn about the features' line unknown.
+fn vague_turn(shape: &Shape, sigma: Option<f64>) -> Option<String> {
+    let mut values: Vec<f64> = SymmetricEigen::new(spread(shape)).eigenvalues.iter().copied().collect();
+    values.sort_by(f64::total_cmp);
+    let off_line = (values[0].max(0.0) + values[1].max(0.0)).sqrt();
+    let turn = sigma? / off_line;
+    (turn > VAGUE_TURN).then(|| {
+        format!("the features are collinear up to their noise, which leaves the turn about their line uncertain by {turn:.1} rad")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Translation3;
+
+    fn settings(registration: Registration) -> MotionSettings {
+        MotionSettings { registration, ..MotionSettings::default() }
+    }
+
+    fn truth(frame: usize) -> Pose {
+        let s = frame as f64 * 0.11;
+        Pose::new(Vector3::new(s.sin(), 0.3 * s, 1.0), Vector3::new(0.4 * s, -0.2 * s, s.cos()))
+    }
+
+    fn body(features: &[Point3<f64>], frames: usize, seen: impl Fn(usize, usize) -> bool) -> Body {
+        let mut positions = Vec::new();
+        for frame in 0..frames {
+            for (feature, p) in features.iter().enumerate() {
+                let missing = Point3::from([f64::NAN; 3]);
+                positions.push(if seen(frame, feature) { truth(frame) * p } else { missing });
+            }
+        }
+        let labels = (0..features.len()).map(|f| f.to_string()).collect();
+        Body::from_points("thing", labels, Tracks::new(features.len(), positions).expect("full")).expect("seen")
+    }
+
+    fn box_corners() -> Vec<Point3<f64>> {
+        (0..8)
+            .map(|i| Point3::new(f64::from(i & 1), f64::from(i >> 1 & 1) * 0.5, f64::from(i >> 2) * 0.3) * 0.2)
+            .collect()
+    }
+
+    fn largest_error(motion: &BodyMotion<'_>) -> f64 {
+        let start = motion.first_posed_frame().expect("posed");
+        let errors = motion.poses().iter().enumerate().filter_map(|(frame, pose)| {
+            let expected = truth(frame) * truth(start).inverse();
+            let off = pose.as_ref()?.inverse() * expected;
+            Some(off.rotation.angle().max(off.translation.vector.norm()))
+        });
+        errors.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn all_registrations_recover_exact_motion_with_missing_samples() {
+        // Every frame misses other features, the first and one in the middle miss nearly all of them.
+        let seen = |frame: usize, feature: usize| match frame {
+            0 | 9 => feature < 2,
+            1 => feature != 3,
+            _ => (frame + 3 * feature) % 4 != 0,
+        };
+        let body = body(&box_corners(), 20, seen);
+        for registration in [Registration::Chained, Registration::First, Registration::Shape] {
+            let motion = BodyMotion::of(&body, &settings(registration));
+            assert_eq!(motion.first_posed_frame(), Some(1), "{registration:?}");
+            assert!(motion.poses()[9].is_none());
+            assert_eq!(motion.poses().iter().flatten().count(), 18, "{registration:?}");
+            assert!(motion.poses()[1].is_some_and(|pose| (pose.inverse() * Pose::identity()).rotation.angle() < 1e-9));
+            let error = largest_error(&motion);
+            assert!(error < 1e-9, "{registration:?} is off by {error:e}");
+            assert!(motion.noise().position.expect("estimated") < 1e-9);
+        }
+    }
+
+    #[test]
+    fn collinear_single_and_double_features_have_no_poses_and_say_why() {
+        let line: Vec<_> = (0..4).map(|i| Point3::new(f64::from(i) * 0.1, 0.0, 0.0)).collect();
+        for (features, word) in [(&line[..], "collinear"), (&line[..2], "2 common features"), (&line[..1], "1 common")]
+        {
+            let body = body(features, 12, |_, _| true);
+            let motion = BodyMotion::of(&body, &MotionSettings::default());
+            assert!(motion.poses().iter().all(Option::is_none));
+            let reason = motion.unposed().expect("a reason");
+            assert!(reason.contains("orientation is not observed") && reason.contains(word), "{reason}");
+        }
+    }
+
+    #[test]
+    fn bodies_given_as_poses_start_at_the_identity_and_show_four_features() {
+        let tracked: Vec<_> = (0..10).map(|frame| (frame != 0 && frame != 4).then(|| truth(frame))).collect();
+        let body = Body::from_poses("tag", tracked).expect("seen");
+        let motion = BodyMotion::of(&body, &MotionSettings::default());
+        assert_eq!(motion.first_posed_frame(), Some(1));
+        assert!(largest_error(&motion) < 1e-12);
+        assert_eq!(motion.tracks().seen_count(1), 4);
+        assert_eq!(motion.tracks().seen_count(4), 0);
+        let origin = Point3::from(truth(3).translation.vector);
+        assert!((nalgebra::distance(&origin, &motion.tracks().frame(3)[2]) - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_world_rests() {
+        let world = Body::at_rest("world", 5);
+        let motion = BodyMotion::of(&world, &MotionSettings::default());
+        assert!(motion.poses().iter().all(
+            |pose| *pose == Some(Pose::from_parts(Translation3::identity(), nalgebra::UnitQuaternion::identity()))
+        ));
+        assert_eq!(motion.noise(), Noise { position: Some(0.0), rotation: Some(0.0) });
+    }
+}

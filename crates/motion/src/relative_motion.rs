@@ -1,0 +1,254 @@
+//! The motion of one body as seen from another.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::{BodyMotion, Pose, extent, path_length};
+
+/// Why one body's motion cannot be seen from another.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RelativeMotionError {
+    /// The reference has no poses.
+    #[error("`{body}` cannot be a reference: {reason}")]
+    Unposed {
+        /// The reference body.
+        body: String,
+        /// Why it has no poses.
+        reason: String,
+    },
+    /// No frame shows both.
+    #[error("`{reference}` and `{moving}` are never seen in the same frame")]
+    NeverTogether {
+        /// The reference body.
+        reference: String,
+        /// The moving body.
+        moving: String,
+    },
+}
+
+/// Positions of every feature of the moving body over the frames in which it is seen, feature by feature.
+///
+/// # Convention
+/// Metres, in the reference body's coordinates. Missing samples are simply absent.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trajectories {
+    starts: Vec<usize>,
+    frames: Vec<usize>,
+    points: Vec<Point3<f64>>,
+}
+
+/// One feature's positions in the order of frames.
+#[derive(Debug, Clone, Copy)]
+pub struct Trajectory<'a> {
+    /// Frames in which the feature is seen, increasing.
+    pub frames: &'a [usize],
+    /// Its positions there, metres.
+    pub points: &'a [Point3<f64>],
+}
+
+impl Trajectories {
+    /// Number of features, seen or not.
+    pub fn len(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Whether there is no feature at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The trajectory of one feature; empty if it is never seen.
+    pub fn get(&self, feature: usize) -> Trajectory<'_> {
+        let range = self.starts[feature]..self.starts[feature + 1];
+        Trajectory { frames: &self.frames[range.clone()], points: &self.points[range] }
+    }
+
+    /// All trajectories, in the order of features.
+    pub fn iter(&self) -> impl Iterator<Item = Trajectory<'_>> {
+        (0..self.len()).map(|feature| self.get(feature))
+    }
+}
+
+/// How far two bodies, and one relative to the other, travelled: the inputs of thesis equation (45), metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lengths {
+    /// Of the reference body in the recording.
+    pub reference: f64,
+    /// Of the moving body in the recording.
+    pub moving: f64,
+    /// Of the moving body as seen from the reference.
+    pub relative: f64,
+}
+
+/// The motion of a moving body in the coordinates of a reference body.
+///
+/// # Convention
+/// The reference's coordinates coincide with the recording's at the reference's first posed frame. Frames are indices
+/// into the recording; those that count are the ones in which the reference is posed and the moving body is seen.
+#[derive(Debug, Clone)]
+pub struct RelativeMotion<'m> {
+    reference: &'m BodyMotion<'m>,
+    moving: &'m BodyMotion<'m>,
+    frames: Vec<usize>,
+    trajectories: Trajectories,
+}
+
+impl<'m> RelativeMotion<'m> {
+    /// The motion of `moving` as seen from `reference`.
+    ///
+    /// The moving body needs no poses; the reference does.
+    ///
+    /// # Errors
+    /// [`RelativeMotionError`].
+    ///
+    /// # References
+    /// Thesis section 4.4, Algorithm 3: the motion of the reference is removed from the moving body.
+    pub fn between(reference: &'m BodyMotion<'m>, moving: &'m BodyMotion<'m>) -> Result<Self, RelativeMotionError> {
+        if let Some(reason) = reference.unposed() {
+            return Err(RelativeMotionError::Unposed { body: reference.name().into(), reason: reason.into() });
+        }
+        let tracks = moving.tracks();
+        let shows_both = |&frame: &usize| reference.poses()[frame].is_some() && tracks.seen_count(frame) > 0;
+        let frames: Vec<usize> = (0..tracks.frames()).filter(shows_both).collect();
+        if frames.is_empty() {
+            let (reference, moving) = (reference.name().into(), moving.name().into());
+            return Err(RelativeMotionError::NeverTogether { reference, moving });
+        }
+        let trajectories = seen_from(reference, moving, &frames);
+        Ok(Self { reference, moving, frames, trajectories })
+    }
+
+    /// The body from which motion is seen.
+    pub fn reference(&self) -> &BodyMotion<'m> {
+        self.reference
+    }
+
+    /// The body that is seen moving.
+    pub fn moving(&self) -> &BodyMotion<'m> {
+        self.moving
+    }
+
+    /// The frames that count, increasing.
+    pub fn frames(&self) -> &[usize] {
+        &self.frames
+    }
+
+    /// Number of frames of the recording.
+    pub fn recording_frames(&self) -> usize {
+        self.moving.tracks().frames()
+    }
+
+    /// The moving body's features as seen from the reference.
+    pub fn trajectories(&self) -> &Trajectories {
+        &self.trajectories
+    }
+
+    /// `reference_from_moving` at a frame, where both bodies are posed.
+    pub fn pose(&self, frame: usize) -> Option<Pose> {
+        Some(self.reference.poses()[frame]?.inverse() * self.moving.poses()[frame]?)
+    }
+
+    /// `moving_from_reference` at one moment: takes an axis from the reference's coordinates to the moving body's.
+    ///
+    /// The moment is the moving body's first posed frame, where its coordinates are the recording's, if the reference
+    /// is posed there too; else the first frame that poses both. A body without poses has the recording's coordinates
+    /// at the first frame that shows it.
+    pub fn moving_from_reference(&self) -> Option<Pose> {
+        let start = self.moving.first_posed_frame().or_else(|| self.moving.first_seen_frame())?;
+        if let Some(recording_from_reference) = self.reference.poses()[start] {
+            return Some(recording_from_reference);
+        }
+        self.frames.iter().find_map(|&frame| self.pose(frame)).map(|pose| pose.inverse())
+    }
+
+    /// Centroid of the moving body's seen features at the first frame that counts, metres.
+    pub fn first_centroid(&self) -> Point3<f64> {
+        let first = self.frames[0];
+        let here = || {
+            self.trajectories.iter().filter_map(|t| Some(t.points[t.frames.iter().position(|f| *f == first)?].coords))
+        };
+        Point3::from(here().sum::<Vector3<f64>>() / here().count() as f64)
+    }
+
+    /// Path lengths: the distances between successive samples summed up, mean over features.
+    ///
+    /// *Missing samples.* A feature's path runs through the samples that exist; steps are counted in frames, so that
+    /// features seen for part of the time weigh by that part. *Rest.* A length that coordinates' rounding explains is
+    /// exactly 0.
+    ///
+    /// # References
+    /// Thesis equation (45), as printed: "the sum about the euclidean distances between all time frames".
+    pub fn path_lengths(&self) -> Lengths {
+        self.lengths(path_length, |total, steps, all| total / steps.max(1.0) * all)
+    }
+
+    /// Net lengths: the largest distance between any two samples of a trajectory, mean over features.
+    ///
+    /// Unlike a path it does not grow with noise and frames.
+    pub fn net_lengths(&self) -> Lengths {
+        let features = self.trajectories.iter().filter(|t| !t.points.is_empty()).count().max(1) as f64;
+        self.lengths(extent, |total, _, _| total / features)
+    }
+
+    fn lengths(&self, length: impl Fn(&[Point3<f64>]) -> f64, mean: impl Fn(f64, f64, f64) -> f64) -> Lengths {
+        /// A step that rounding explains, as a share of the coordinates' magnitude.
+        const ROUNDING: f64 = 1e-13;
+        let all_steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
+        let of = |trajectories: &Trajectories| {
+            let (mut total, mut steps, mut magnitude) = (0.0, 0.0, 0.0_f64);
+            for trajectory in trajectories.iter().filter(|t| !t.points.is_empty()) {
+                total += length(trajectory.points);
+                steps += (trajectory.frames[trajectory.frames.len() - 1] - trajectory.frames[0]) as f64;
+                magnitude = trajectory.points.iter().fold(magnitude, |m, p| m.max(p.coords.amax()));
+            }
+            (mean(total, steps, all_steps), magnitude)
+        };
+        let observed = |body: &BodyMotion<'_>| of(&as_observed(body, &self.frames));
+        let (reference, moving, relative) = (observed(self.reference), observed(self.moving), of(&self.trajectories));
+        let floor = ROUNDING * (all_steps + 1.0) * reference.1.max(moving.1).max(relative.1);
+        let or_rest = |(length, _): (f64, f64)| if length <= floor { 0.0 } else { length };
+        Lengths { reference: or_rest(reference), moving: or_rest(moving), relative: or_rest(relative) }
+    }
+}
+
+/// The moving body's features in the reference's coordinates.
+fn seen_from(reference: &BodyMotion<'_>, moving: &BodyMotion<'_>, frames: &[usize]) -> Trajectories {
+    let poses: Vec<_> = frames
+        .iter()
+        .map(|&frame| {
+            let inverse = reference.poses()[frame].unwrap_or_default().inverse();
+            (inverse.rotation.to_rotation_matrix(), inverse.translation.vector)
+        })
+        .collect();
+    collect(moving, frames, |index, point| {
+        let (rotation, translation) = &poses[index];
+        rotation * point + translation
+    })
+}
+
+/// A body's features in the recording's coordinates.
+fn as_observed(body: &BodyMotion<'_>, frames: &[usize]) -> Trajectories {
+    collect(body, frames, |_, point| *point)
+}
+
+fn collect(
+    body: &BodyMotion<'_>,
+    frames: &[usize],
+    place: impl Fn(usize, &Point3<f64>) -> Point3<f64>,
+) -> Trajectories {
+    let tracks = body.tracks();
+    let mut trajectories = Trajectories { starts: vec![0], frames: Vec::new(), points: Vec::new() };
+    let samples = frames.iter().map(|&frame| tracks.seen_count(frame)).sum();
+    trajectories.frames.reserve_exact(samples);
+    trajectories.points.reserve_exact(samples);
+    for feature in 0..tracks.features() {
+        for (index, &frame) in frames.iter().enumerate() {
+            if let Some(point) = tracks.get(frame, feature) {
+                trajectories.frames.push(frame);
+                trajectories.points.push(place(index, point));
+            }
+        }
+        trajectories.starts.push(trajectories.points.len());
+    }
+    trajectories
+}
