@@ -17,7 +17,7 @@ const NOISE_ROUNDS: usize = 3;
 /// Uncertainty of the turn about the features' line above which that turn counts as unobserved, radians.
 const VAGUE_TURN: f64 = 0.3;
 
-/// Position features `x`, or rather their index, known in the body's coordinates.
+/// Positions of the features in the body's coordinates, metres, where known.
 type Shape = Vec<Option<Point3<f64>>>;
 
 /// The motion of one body over the frames of a recording.
@@ -178,12 +178,12 @@ fn chained(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
     let (start, mut latest) = first_shape(tracks)?;
     let mut poses = vec![None; tracks.frames()];
     poses[start] = Some(Pose::identity());
-    for frame in start + 1..tracks.frames() {
+    for (frame, slot) in poses.iter_mut().enumerate().skip(start + 1) {
         let Ok(pose) = pose_of(tracks, frame, &latest) else { continue };
         for (feature, position) in tracks.seen(frame) {
             latest[feature] = Some(pose.inverse_transform_point(position));
         }
-        poses[frame] = Some(pose);
+        *slot = Some(pose);
     }
     Ok(poses)
 }
@@ -313,7 +313,7 @@ mod tests {
         let seen = |frame: usize, feature: usize| match frame {
             0 | 9 => feature < 2,
             1 => feature != 3,
-            _ => (frame + 3 * feature) % 4 != 0,
+            _ => !(frame + 3 * feature).is_multiple_of(4),
         };
         let body = body(&box_corners(), 20, seen);
         for registration in [Registration::Chained, Registration::First, Registration::Shape] {

@@ -42,7 +42,8 @@ pub(crate) fn from_residuals(tracks: &Tracks, poses: &[Option<Pose>], shape: &[O
 pub(crate) fn of_single_points(tracks: &Tracks) -> Option<f64> {
     let sigmas: Vec<f64> = (0..tracks.features())
         .filter_map(|feature| {
-            of_series((0..tracks.frames()).map(|frame| tracks.get(frame, feature).map(|p| p.coords)).collect())
+            let series = (0..tracks.frames()).map(|frame| tracks.get(frame, feature).map(|p| p.coords));
+            of_series(&series.collect::<Vec<_>>())
         })
         .collect();
     (!sigmas.is_empty()).then(|| (sigmas.iter().map(|s| s * s).sum::<f64>() / sigmas.len() as f64).sqrt())
@@ -50,7 +51,7 @@ pub(crate) fn of_single_points(tracks: &Tracks) -> Option<f64> {
 
 /// Noise of tracked positions, metres.
 pub(crate) fn of_positions(poses: &[Option<Pose>]) -> Option<f64> {
-    of_series(poses.iter().map(|pose| pose.map(|pose| pose.translation.vector)).collect())
+    of_series(&poses.iter().map(|pose| pose.map(|pose| pose.translation.vector)).collect::<Vec<_>>())
 }
 
 /// Noise of tracked rotations, radians per coordinate of the rotation vector.
@@ -61,8 +62,8 @@ pub(crate) fn of_rotations(poses: &[Option<Pose>]) -> Option<f64> {
 }
 
 /// Standard deviation of white noise on a smooth series: the median of its third differences.
-fn of_series(series: Vec<Option<Vector3<f64>>>) -> Option<f64> {
-    robust_sigma(&series, |w: &[Vector3<f64>]| w[3] - 3.0 * (w[2] - w[1]) - w[0], 4)
+fn of_series(series: &[Option<Vector3<f64>>]) -> Option<f64> {
+    robust_sigma(series, |w: &[Vector3<f64>]| w[3] - 3.0 * (w[2] - w[1]) - w[0], 4)
 }
 
 fn robust_sigma<F>(series: &[Option<Vector3<f64>>], third_difference: F, window: usize) -> Option<f64>

@@ -76,19 +76,16 @@ where
     }
     let count = found as f64;
     let (source_centroid, target_centroid) = (source_sum / count, target_sum / count);
-    let covariance_in = |source_axes: &Matrix3<f64>, target_axes: &Matrix3<f64>| {
-        pairs.clone().fold(Matrix3::zeros(), |sum, (p, q)| {
-            let p = source_axes.tr_mul(&(p.coords - source_centroid));
-            let q = target_axes.tr_mul(&(q.coords - target_centroid));
-            sum + p * q.transpose()
-        })
-    };
     let covariance = pairs.clone().fold(Matrix3::zeros(), |sum, (p, q)| {
         sum + (p.coords - source_centroid) * (q.coords - target_centroid).transpose()
     });
     let mut axes = SingularVectors::of(&covariance);
     if axes.values[1] < THIN_ASPECT * THIN_ASPECT * axes.values[0] {
-        let within = SingularVectors::of(&covariance_in(&axes.left, &axes.right));
+        let within = SingularVectors::of(&pairs.fold(Matrix3::zeros(), |sum, (p, q)| {
+            let p = axes.left.tr_mul(&(p.coords - source_centroid));
+            let q = axes.right.tr_mul(&(q.coords - target_centroid));
+            sum + p * q.transpose()
+        }));
         axes =
             SingularVectors { left: axes.left * within.left, right: axes.right * within.right, values: within.values };
     }
