@@ -1,0 +1,180 @@
+//! What a joint model finds: a fitted joint and how well it explains the motion.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::{Confidence, NotAConfidence};
+
+/// The result of fitting a joint model to a relative motion.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct JointFit {
+    /// How sure the model is.
+    pub confidence: Confidence,
+    /// The partial scores and measures behind the confidence, by name; a measure may be infinite, never NaN.
+    pub parts: BTreeMap<&'static str, f64>,
+    /// Likelihood terms, from models that state a likelihood.
+    pub evidence: Option<Evidence>,
+    /// Root mean square distance of the samples from the fitted joint, metres.
+    pub residual_rms: Option<f64>,
+    /// The joint itself.
+    pub joint: Joint,
+    /// What a user should know about this fit, in sentences.
+    pub notes: Vec<String>,
+}
+
+impl JointFit {
+    /// A fit with nothing but a confidence and a joint.
+    pub fn new(confidence: Confidence, joint: Joint) -> Self {
+        Self { confidence, parts: BTreeMap::new(), evidence: None, residual_rms: None, joint, notes: Vec::new() }
+    }
+
+    /// Adds a partial score or measure.
+    #[must_use]
+    pub fn with_part(mut self, name: &'static str, value: f64) -> Self {
+        self.parts.insert(name, value);
+        self
+    }
+
+    /// States how far the samples are from the joint, metres.
+    #[must_use]
+    pub fn with_residual(mut self, rms: f64) -> Self {
+        self.residual_rms = Some(rms);
+        self
+    }
+}
+
+/// The likelihood of a motion under a model, in the terms by which models of different size can be compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Weighted sum of squared residuals.
+    pub chi_squared: f64,
+    /// Cost of the joint's positions over time, in units of -2 log likelihood.
+    pub configuration_cost: f64,
+    /// Parameters fitted.
+    pub parameters: usize,
+    /// Effective number of independent observations.
+    pub observations: f64,
+}
+
+/// A fitted joint. A rigid connection has neither axis nor positions.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Joint {
+    /// Where the joint is.
+    pub axis: Option<Axis>,
+    /// Its positions over the frames of the recording.
+    pub positions: Option<Positions>,
+}
+
+/// Axis, normal or centre of a joint, in metres, in the coordinates of the reference body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// A point of the axis or plane; the centre of a spherical joint; where the moving body is, for a prismatic one.
+    pub point: Point3<f64>,
+    /// Unit direction of the axis, or normal; `None` for a spherical joint.
+    pub direction: Option<Unit<Vector3<f64>>>,
+    /// Metres along per radian about the axis: 0 for a revolute joint, `None` where there is no turn.
+    pub pitch: Option<f64>,
+}
+
+impl Axis {
+    /// The same axis in other coordinates.
+    #[must_use]
+    pub fn seen_from(&self, target_from_source: &jointscope_motion::Pose) -> Self {
+        Self {
+            point: target_from_source * self.point,
+            direction: self.direction.map(|d| target_from_source.rotation * d),
+            ..*self
+        }
+    }
+}
+
+/// The positions of a joint: metres or radians, unwrapped over full turns, one row per frame of the recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Positions {
+    freedoms: usize,
+    values: Vec<f64>,
+}
+
+impl Positions {
+    /// Positions of a joint with one degree of freedom; `None` where it is not seen.
+    pub fn of_one_freedom(positions: impl IntoIterator<Item = Option<f64>>) -> Self {
+        Self { freedoms: 1, values: positions.into_iter().map(|q| q.unwrap_or(f64::NAN)).collect() }
+    }
+
+    /// Positions of a joint with several degrees of freedom, frame after frame; NaN where it is not seen.
+    ///
+    /// # Panics
+    /// If `values` does not fill whole frames.
+    pub fn of_freedoms(freedoms: usize, values: Vec<f64>) -> Self {
+        assert!(freedoms > 0 && values.len().is_multiple_of(freedoms), "one value per degree of freedom and frame");
+        Self { freedoms, values }
+    }
+
+    /// Degrees of freedom.
+    pub fn freedoms(&self) -> usize {
+        self.freedoms
+    }
+
+    /// One row per frame; `None` where the joint is not seen.
+    pub fn iter(&self) -> impl Iterator<Item = Option<&[f64]>> {
+        self.values.chunks_exact(self.freedoms).map(|row| row.iter().all(|q| !q.is_nan()).then_some(row))
+    }
+
+    /// Least and greatest value of each degree of freedom; `None` if the joint is never seen.
+    pub fn ranges(&self) -> Option<Vec<[f64; 2]>> {
+        self.iter().flatten().fold(None, |ranges, row| {
+            let ranges = ranges.unwrap_or_else(|| row.iter().map(|&q| [q, q]).collect::<Vec<_>>());
+            Some(ranges.iter().zip(row).map(|(&[least, most], &q)| [least.min(q), most.max(q)]).collect())
+        })
+    }
+
+    /// The same positions counted in the opposite direction.
+    #[must_use]
+    pub fn reversed(mut self) -> Self {
+        // Adding 0 keeps the start at +0.
+        self.values.iter_mut().for_each(|q| *q = -*q + 0.0);
+        self
+    }
+}
+
+/// Why a model cannot judge a motion at all. A bad fit is a low confidence, not an error.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// No feature is seen often enough.
+    #[error("needs {needed} frames of a feature, but none is seen in more than {found}")]
+    TooFewFrames {
+        /// Frames needed.
+        needed: usize,
+        /// The most frames in which a feature is seen.
+        found: usize,
+    },
+    /// The model needs something that these bodies do not show.
+    #[error("needs {needed}, but {found}")]
+    Unsuitable {
+        /// What the model needs.
+        needed: String,
+        /// What was found instead.
+        found: String,
+    },
+    /// The model computed something that is no confidence: a bug in the model.
+    #[error(transparent)]
+    NotAConfidence(#[from] NotAConfidence),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_skip_frames_that_are_not_seen() {
+        let positions = Positions::of_one_freedom([Some(0.0), None, Some(-1.5), Some(2.0)]);
+        assert_eq!(positions.ranges(), Some(vec![[-1.5, 2.0]]));
+        assert_eq!(positions.iter().nth(1), Some(None));
+        assert_eq!(Positions::of_one_freedom([None]).ranges(), None);
+        let plane = Positions::of_freedoms(2, vec![0.0, 1.0, f64::NAN, 0.0, 3.0, -1.0]);
+        assert_eq!(plane.ranges(), Some(vec![[0.0, 3.0], [-1.0, 1.0]]));
+    }
+}

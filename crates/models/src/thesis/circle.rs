@@ -1,0 +1,157 @@
+//! Plane and circle through a trajectory.
+
+use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Radius, in extents of the points, beyond which a circle is a straight line.
+const STRAIGHT: f64 = 1e7;
+/// Spread of the points, as a share of the coordinates' magnitude, that rounding explains.
+const ROUNDING: f64 = 1e-14;
+
+/// How a circle is fitted in its plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CircleMethod {
+    /// Taubin's algebraic fit, nearly unbiased: the thesis's reference [23].
+    #[default]
+    Taubin,
+    /// Kåsa's fit, which shrinks the circle of a short noisy arc.
+    Kasa,
+}
+
+/// A circle in space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Circle {
+    /// Centre, metres.
+    pub centre: Point3<f64>,
+    /// Unit normal of its plane.
+    pub normal: Unit<Vector3<f64>>,
+    /// Radius, metres.
+    pub radius: f64,
+    /// Direction in the plane from which angles count: the largest extent of the points.
+    pub x_axis: Unit<Vector3<f64>>,
+}
+
+impl Circle {
+    /// The circle through points: the plane of least squares, and in it the circle by `method`.
+    ///
+    /// `None` where points coincide or lie on a straight line, so that no circle of finite radius exists.
+    ///
+    /// # References
+    /// Plane: thesis equations (21)-(37), by the eigenvectors of the covariance. Circle: G. Taubin, IEEE PAMI 13
+    /// (1991), in the form of N. Chernov, *Circular and Linear Regression* (2010): the least eigenvector of the
+    /// covariance of `((z - z̄)/(2√z̄), x, y)`, `z = x² + y²`, with x, y from the centroid; Kåsa: I. Kåsa, IEEE
+    /// Trans. Instrum. Meas. 25 (1976).
+    pub fn through(points: &[Point3<f64>], method: CircleMethod) -> Option<Self> {
+        let count = points.len() as f64;
+        let centroid = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count;
+        let covariance =
+            points.iter().map(|p| p.coords - centroid).map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / count;
+        let magnitude = points.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        if covariance.trace() <= (ROUNDING * magnitude).powi(2) {
+            return None;
+        }
+        let eigen = SymmetricEigen::new(covariance);
+        let mut order = [0, 1, 2];
+        order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
+        let axis = |k: usize| Unit::new_normalize(eigen.eigenvectors.column(order[k]).into_owned());
+        let (x_axis, y_axis) = (axis(0), axis(1));
+        let normal = Unit::new_normalize(x_axis.cross(&y_axis));
+        // In units of the spread, so that squares and fourth powers are of one size.
+        let unit = covariance.trace().sqrt();
+        let plane = |p: &Point3<f64>| {
+            let d = (p.coords - centroid) / unit;
+            (x_axis.dot(&d), y_axis.dot(&d))
+        };
+        let (x, y, radius) = match method {
+            CircleMethod::Taubin => taubin(points.iter().map(plane), count)?,
+            CircleMethod::Kasa => kasa(points.iter().map(plane), count)?,
+        };
+        let centre = Point3::from(centroid + (x_axis.scale(x) + y_axis.scale(y)) * unit);
+        Some(Self { centre, normal, radius: radius * unit, x_axis })
+    }
+
+    /// Places a point on the unit circle: (x, y) of thesis equations (38) and (39).
+    pub fn on_unit_circle(&self, point: &Point3<f64>) -> (f64, f64) {
+        let d = (point - self.centre) / self.radius;
+        (self.x_axis.dot(&d), self.normal.cross(&self.x_axis).dot(&d))
+    }
+}
+
+/// Centre and radius from points whose centroid is the origin and whose mean square distance from it is 1.
+fn taubin(points: impl Iterator<Item = (f64, f64)> + Clone, count: f64) -> Option<(f64, f64, f64)> {
+    let mean_z = points.clone().map(|(x, y)| x * x + y * y).sum::<f64>() / count;
+    let row = |(x, y): (f64, f64)| Vector3::new((x * x + y * y - mean_z) / (2.0 * mean_z.sqrt()), x, y);
+    let eigen = SymmetricEigen::new(points.map(row).map(|r| r * r.transpose()).sum::<Matrix3<f64>>() / count);
+    let vector = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+    let a = vector[0] / (2.0 * mean_z.sqrt());
+    let (b, c) = (vector[1], vector[2]);
+    finite(-b / (2.0 * a), -c / (2.0 * a), (b * b + c * c + 4.0 * a * a * mean_z).sqrt() / (2.0 * a.abs()))
+}
+
+/// As [`taubin`], by Kåsa's normal equations `2 M c = (Mxz, Myz)`.
+fn kasa(points: impl Iterator<Item = (f64, f64)>, count: f64) -> Option<(f64, f64, f64)> {
+    let (mut xx, mut xy, mut yy, mut xz, mut yz) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (x, y) in points {
+        let z = x * x + y * y;
+        xx += x * x / count;
+        xy += x * y / count;
+        yy += y * y / count;
+        xz += x * z / count;
+        yz += y * z / count;
+    }
+    let determinant = 2.0 * (xx * yy - xy * xy);
+    let (x, y) = ((xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant);
+    finite(x, y, (x * x + y * y + xx + yy).sqrt())
+}
+
+fn finite(x: f64, y: f64, radius: f64) -> Option<(f64, f64, f64)> {
+    (x.is_finite() && y.is_finite() && radius <= STRAIGHT).then_some((x, y, radius))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rounding through squares and fourth powers, metres on a circle of 0.4 m.
+    const EXACT: f64 = 1e-9;
+
+    fn arc(degrees: f64, wobble: f64) -> Vec<Point3<f64>> {
+        let turn = nalgebra::Rotation3::new(Vector3::new(0.4, -0.8, 0.3));
+        (0..40)
+            .map(|i| {
+                let angle = (degrees * f64::from(i) / 39.0).to_radians();
+                let r = 0.4 + wobble * f64::from(i * i).sin();
+                turn * Point3::new(r * angle.cos() + 1.0, r * angle.sin(), 2.0)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn exact_arcs_give_their_circle() {
+        let turn = nalgebra::Rotation3::new(Vector3::new(0.4, -0.8, 0.3));
+        for degrees in [5.0, 20.0, 90.0, 360.0] {
+            for method in [CircleMethod::Taubin, CircleMethod::Kasa] {
+                let circle = Circle::through(&arc(degrees, 0.0), method).expect("a circle");
+                let off = nalgebra::distance(&circle.centre, &(turn * Point3::new(1.0, 0.0, 2.0)));
+                assert!(off < EXACT && (circle.radius - 0.4).abs() < EXACT, "{degrees}° {method:?}: {off:e}");
+                assert!(circle.normal.cross(&(turn * Vector3::z())).norm() < EXACT);
+            }
+        }
+    }
+
+    #[test]
+    fn kasa_shrinks_short_noisy_arcs_and_taubin_hardly() {
+        let [taubin, kasa] = [CircleMethod::Taubin, CircleMethod::Kasa]
+            .map(|method| Circle::through(&arc(25.0, 0.004), method).expect("a circle").radius);
+        assert!(kasa < taubin && kasa < 0.38 && (taubin - 0.4).abs() < 0.03, "{kasa} {taubin}");
+    }
+
+    #[test]
+    fn straight_and_still_trajectories_have_no_circle() {
+        let line: Vec<_> = (0..9).map(|i| Point3::from(Vector3::new(0.1, 0.2, -0.3) * f64::from(i))).collect();
+        assert_eq!(Circle::through(&line, CircleMethod::Taubin), None);
+        assert_eq!(Circle::through(&[Point3::new(0.3, 0.1, 7.0); 5], CircleMethod::Taubin), None);
+    }
+}

@@ -1,0 +1,300 @@
+//! `thesis-revolute`: every trajectory on a circle, and the circles' centres on one line.
+
+use jointscope_motion::{RelativeMotion, Trajectory};
+use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Circle, CircleMethod, positions, q_function, trajectories};
+use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
+
+/// Revolute joint: every feature moves on a circle, far enough to show it, and the centres lie on one axis.
+///
+/// `confidence = circle_fit · occupied_angle · axis_fit`. `circle_fit` is the share of points whose distance from the
+/// centre is within a tolerance of the radius; `occupied_angle = 1 - Q(mean angle, μ, λ)` with the angle, in whole
+/// degrees, that a trajectory occupies on its circle; `axis_fit` is the share of centres inside a tube around the
+/// line through all centres.
+///
+/// Convention: the direction is such that the farthest position is positive; the axis point is the mean of the
+/// centres.
+///
+/// Degenerate cases: without motion the confidence is 0; a straight trajectory is a circle of infinite radius that
+/// occupies one degree. Features in one plane across the axis (a turntable) have all centres in one place and no line
+/// through them: see `turntable`. A body with one feature has one centre: see `lone_trajectory`.
+///
+/// References: thesis section 5.3, equations (21)-(44).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ThesisRevolute {
+    /// `ci` of section 5.3: how far from the circle a point may lie, as a share of the radius.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub circle_tolerance: f64,
+    /// How circles are fitted.
+    pub circle: CircleMethod,
+    /// How the circle fits of the trajectories are put together.
+    pub trajectories: CombineTrajectories,
+    /// μ of equation (42): the occupied angle that is half convincing, in degrees.
+    #[schemars(range(min = 0.0, max = 360.0))]
+    pub angle_mean: f64,
+    /// λ of equation (42): how sharply the score rises there, per degree.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub angle_steepness: f64,
+    /// Radius of the tube around the axis of equation (43), as a share of what `axis_radius` names.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub axis_tolerance: f64,
+    /// What the radius of that tube is a share of.
+    pub axis_radius: AxisRadius,
+    /// What to do with a body of a single usable trajectory.
+    pub lone_trajectory: LoneTrajectory,
+    /// Take the axis from the planes' normals where the centres form no line (end of section 5.3); the tube around
+    /// it is then a share of the circles' radius.
+    pub turntable: bool,
+    /// Spread of the centres across their line, as a share of the spread along it, from which they form no line.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub turntable_spread: f64,
+}
+
+/// How the circle fits of several trajectories are put together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CombineTrajectories {
+    /// Their mean.
+    Mean,
+    /// The least of them.
+    Minimum,
+    /// Their product, which noise makes vanish.
+    Product,
+}
+
+/// What the radius of the tube around the axis is measured in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AxisRadius {
+    /// Extent of the centres along the axis, as in the prismatic case.
+    Line,
+    /// Mean radius of the circles.
+    Circle,
+}
+
+/// What a single circle says about an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoneTrajectory {
+    /// Its normal is the axis, which fits.
+    Normal,
+    /// Nothing: the joint is not revolute.
+    Refuse,
+}
+
+impl Default for ThesisRevolute {
+    fn default() -> Self {
+        Self {
+            circle_tolerance: 0.03,
+            circle: CircleMethod::Taubin,
+            trajectories: CombineTrajectories::Mean,
+            angle_mean: 20.0,
+            angle_steepness: 0.5,
+            axis_tolerance: 0.1,
+            axis_radius: AxisRadius::Line,
+            lone_trajectory: LoneTrajectory::Normal,
+            turntable: false,
+            turntable_spread: 0.5,
+        }
+    }
+}
+
+joint_model!(ThesisRevolute, "thesis-revolute", "trajectories on circles about one axis (thesis 5.3)");
+
+impl JointModel for ThesisRevolute {
+    fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
+        let tracks = trajectories(motion, 3)?;
+        let circles: Vec<Option<Circle>> = tracks.iter().map(|t| Circle::through(t.points, self.circle)).collect();
+        let count = tracks.len() as f64;
+        let fits = tracks.iter().zip(&circles).map(|(track, circle)| self.share_on_circle(track, circle.as_ref()));
+        let circle_fit = match self.trajectories {
+            CombineTrajectories::Mean => fits.sum::<f64>() / count,
+            CombineTrajectories::Minimum => fits.fold(1.0, f64::min),
+            CombineTrajectories::Product => fits.product(),
+        };
+        let angle =
+            tracks.iter().zip(&circles).map(|(t, c)| f64::from(degrees_occupied(t, c.as_ref()))).sum::<f64>() / count;
+        let occupied_angle = 1.0 - q_function(angle, self.angle_mean, self.angle_steepness);
+        let found: Vec<&Circle> = circles.iter().flatten().collect();
+        let axis = self.axis(&found);
+        let axis_fit = axis.as_ref().map_or(0.0, |axis| axis.centres_inside as f64 / count);
+
+        let mut joint = Joint::default();
+        let mut residual = None;
+        if let Some(LineFit { point, direction, .. }) = axis {
+            let angles = positions::angles(motion, point, direction);
+            let backwards = positions::points_backwards(&angles);
+            let positions = Positions::of_one_freedom(angles);
+            joint.axis =
+                Some(Axis { point, direction: Some(if backwards { -direction } else { direction }), pitch: Some(0.0) });
+            joint.positions = Some(if backwards { positions.reversed() } else { positions });
+            residual = Some(off_circles(&tracks, point, direction));
+        }
+        let confidence = Confidence::new(circle_fit * occupied_angle * axis_fit)?;
+        let mut fit = JointFit::new(confidence, joint)
+            .with_part("circle_fit", circle_fit)
+            .with_part("occupied_angle", occupied_angle)
+            .with_part("occupied_degrees", angle)
+            .with_part("axis_fit", axis_fit);
+        fit.residual_rms = residual;
+        Ok(fit)
+    }
+}
+
+/// The line through the centres of circles.
+struct LineFit {
+    point: Point3<f64>,
+    direction: Unit<Vector3<f64>>,
+    centres_inside: usize,
+}
+
+impl ThesisRevolute {
+    /// Equation (41): share of points on the circle. A straight line lies on its infinite circle; a point on none.
+    fn share_on_circle(&self, track: &Trajectory<'_>, circle: Option<&Circle>) -> f64 {
+        let Some(circle) = circle else { return if is_still(track) { 0.0 } else { 1.0 } };
+        let on_circle = |point: &&Point3<f64>| {
+            let (x, y) = circle.on_unit_circle(point);
+            (x.hypot(y) - 1.0).abs() <= self.circle_tolerance
+        };
+        track.points.iter().filter(on_circle).count() as f64 / track.points.len() as f64
+    }
+
+    fn axis(&self, circles: &[&Circle]) -> Option<LineFit> {
+        let count = circles.len() as f64;
+        if circles.is_empty() || (circles.len() == 1 && self.lone_trajectory == LoneTrajectory::Refuse) {
+            return None;
+        }
+        let point = Point3::from(circles.iter().map(|c| c.centre.coords).sum::<Vector3<f64>>() / count);
+        let mean_radius = circles.iter().map(|c| c.radius).sum::<f64>() / count;
+        let from_mean = || circles.iter().map(|c| c.centre - point);
+        let (along, across) = principal(from_mean().map(|d| d * d.transpose()).sum());
+        let no_line = circles.len() == 1 || (self.turntable && across.0 > self.turntable_spread.powi(2) * along.0);
+        let direction = if no_line {
+            principal(circles.iter().map(|c| c.normal.into_inner() * c.normal.transpose()).sum()).0.1
+        } else {
+            along.1
+        };
+        let (least, most) =
+            from_mean().map(|d| direction.dot(&d)).fold((0.0_f64, 0.0_f64), |(a, b), s| (a.min(s), b.max(s)));
+        let measure = if no_line || self.axis_radius == AxisRadius::Circle { mean_radius } else { most - least };
+        let centres_inside = from_mean().filter(|d| direction.cross(d).norm() < self.axis_tolerance * measure).count();
+        Some(LineFit { point, direction, centres_inside })
+    }
+}
+
+/// The largest eigenvalue of a symmetric matrix with its vector, and the second.
+fn principal(matrix: Matrix3<f64>) -> ((f64, Unit<Vector3<f64>>), (f64, Unit<Vector3<f64>>)) {
+    let eigen = SymmetricEigen::new(matrix);
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
+    let pair =
+        |k: usize| (eigen.eigenvalues[order[k]], Unit::new_normalize(eigen.eigenvectors.column(order[k]).into_owned()));
+    (pair(0), pair(1))
+}
+
+fn is_still(track: &Trajectory<'_>) -> bool {
+    track.points.iter().all(|p| *p == track.points[0])
+}
+
+/// Whole degrees that a trajectory occupies on its circle: 360 less the longest run of degrees without a point.
+fn degrees_occupied(track: &Trajectory<'_>, circle: Option<&Circle>) -> u16 {
+    let Some(circle) = circle else { return u16::from(!is_still(track)) };
+    let mut occupied = [false; 360];
+    for point in track.points {
+        let (x, y) = circle.on_unit_circle(point);
+        // Rounding may turn a tiny negative angle into 360 exactly.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let degree = (y.atan2(x).to_degrees().rem_euclid(360.0) as usize).min(359);
+        occupied[degree] = true;
+    }
+    360 - longest_gap(&occupied)
+}
+
+/// The longest run of empty degrees around the circle.
+fn longest_gap(occupied: &[bool; 360]) -> u16 {
+    let (mut longest, mut run) = (0, 0);
+    for &hit in occupied.iter().chain(occupied) {
+        run = if hit { 0 } else { run + 1 };
+        longest = longest.max(run);
+    }
+    longest.min(360)
+}
+
+/// Root mean square distance of the samples from their features' circles about a common axis, metres.
+fn off_circles(tracks: &[Trajectory<'_>], point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for track in tracks {
+        let place = |p: &Point3<f64>| {
+            let d = p - point;
+            (direction.cross(&d).norm(), direction.dot(&d))
+        };
+        let samples = track.points.len() as f64;
+        let total =
+            track.points.iter().map(place).fold((0.0, 0.0), |(r, h), (radius, height)| (r + radius, h + height));
+        let (radius, height) = (total.0 / samples, total.1 / samples);
+        sum += track.points.iter().map(place).map(|(r, h)| (r - radius).powi(2) + (h - height).powi(2)).sum::<f64>();
+        count += samples;
+    }
+    (sum / count).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_occupied_angle_is_what_the_longest_gap_leaves() {
+        let mut occupied = [false; 360];
+        assert_eq!(longest_gap(&occupied), 360);
+        for degree in 350..380 {
+            occupied[degree % 360] = true;
+        }
+        assert_eq!(360 - longest_gap(&occupied), 30);
+        occupied[200] = true;
+        // Now the largest gap is 20..200, so 180 degrees are occupied.
+        assert_eq!(360 - longest_gap(&occupied), 180);
+    }
+
+    fn circles(centres: &[[f64; 3]]) -> Vec<Circle> {
+        let circle = |c: &[f64; 3]| Circle {
+            centre: (*c).into(),
+            normal: Vector3::z_axis(),
+            radius: 0.5,
+            x_axis: Vector3::x_axis(),
+        };
+        centres.iter().map(circle).collect()
+    }
+
+    #[test]
+    fn centres_beside_the_axis_do_not_count() {
+        // Extent 1 m along z: the tube's radius is 0.1 m. One centre of five is 0.15 m off.
+        let circles = circles(&[[0., 0., -0.5], [0., 0., -0.25], [0.15, 0., 0.], [0., 0., 0.25], [0., 0., 0.5]]);
+        let axis = ThesisRevolute::default().axis(&circles.iter().collect::<Vec<_>>()).expect("an axis");
+        assert_eq!(axis.centres_inside, 4);
+        assert!(axis.direction.cross(&Vector3::z()).norm() < 0.1);
+    }
+
+    #[test]
+    fn a_turntable_takes_its_axis_from_the_normals() {
+        let circles = circles(&[[0.001, 0., 0.], [-0.001, 0.001, 0.], [0., -0.001, 0.0005], [0.0005, 0.001, -0.001]]);
+        let circles: Vec<_> = circles.iter().collect();
+        let angle = |turntable| {
+            let axis = ThesisRevolute { turntable, ..Default::default() }.axis(&circles).expect("an axis");
+            axis.direction.cross(&Vector3::z()).norm().asin().to_degrees()
+        };
+        assert!(angle(true) < 1e-6 && angle(false) > 30.0, "{} {}", angle(true), angle(false));
+    }
+
+    #[test]
+    fn one_circle_has_its_normal_for_an_axis_unless_refused() {
+        let circles = circles(&[[1., 2., 3.]]);
+        let one: Vec<_> = circles.iter().collect();
+        assert_eq!(ThesisRevolute::default().axis(&one).expect("its normal").centres_inside, 1);
+        let refuse = ThesisRevolute { lone_trajectory: LoneTrajectory::Refuse, ..Default::default() };
+        assert!(refuse.axis(&one).is_none());
+    }
+}
