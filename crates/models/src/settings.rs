@@ -140,6 +140,8 @@ fn types(schema: &Json) -> Vec<&str> {
     match schema.get("type") {
         Some(Json::String(name)) => vec![name],
         Some(Json::Array(names)) => names.iter().filter_map(Json::as_str).filter(|name| *name != "null").collect(),
+        // Words with a description each carry no type of their own.
+        _ if !words(schema).is_empty() => vec!["string"],
         _ => Vec::new(),
     }
 }

@@ -4,6 +4,8 @@ use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::principal_axes;
+
 /// Radius, in extents of the points, beyond which a circle is a straight line.
 const STRAIGHT: f64 = 1e7;
 /// Spread of the points, as a share of the coordinates' magnitude, that rounding explains.
@@ -52,11 +54,7 @@ impl Circle {
         if covariance.trace() <= (ROUNDING * magnitude).powi(2) {
             return None;
         }
-        let eigen = SymmetricEigen::new(covariance);
-        let mut order = [0, 1, 2];
-        order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
-        let axis = |k: usize| Unit::new_normalize(eigen.eigenvectors.column(order[k]).into_owned());
-        let (x_axis, y_axis) = (axis(0), axis(1));
+        let [(_, x_axis), (_, y_axis), _] = principal_axes(covariance);
         let normal = Unit::new_normalize(x_axis.cross(&y_axis));
         // In units of the spread, so that squares and fourth powers are of one size.
         let unit = covariance.trace().sqrt();

@@ -21,6 +21,7 @@ pub use revolute::{AxisRadius, CombineTrajectories, LoneTrajectory, ThesisRevolu
 pub use rigid::{Distance, OverFeatures, ThesisRigid};
 
 use jointscope_motion::{RelativeMotion, Trajectory};
+use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 
 use crate::FitError;
 
@@ -31,4 +32,12 @@ fn trajectories<'m>(motion: &'m RelativeMotion<'_>, needed: usize) -> Result<Vec
         return Err(FitError::TooFewFrames { needed, found });
     }
     Ok(motion.trajectories().iter().filter(|t| t.points.len() >= needed).collect())
+}
+
+/// Eigenvalues and unit eigenvectors of a symmetric matrix, the largest first.
+fn principal_axes(matrix: Matrix3<f64>) -> [(f64, Unit<Vector3<f64>>); 3] {
+    let eigen = SymmetricEigen::new(matrix);
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
+    order.map(|k| (eigen.eigenvalues[k], Unit::new_normalize(eigen.eigenvectors.column(k).into_owned())))
 }

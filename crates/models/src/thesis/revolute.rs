@@ -1,11 +1,11 @@
 //! `thesis-revolute`: every trajectory on a circle, and the circles' centres on one line.
 
 use jointscope_motion::{RelativeMotion, Trajectory};
-use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Circle, CircleMethod, positions, q_function, trajectories};
+use super::{Circle, CircleMethod, positions, principal_axes, q_function, trajectories};
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
 /// Revolute joint: every feature moves on a circle, far enough to show it, and the centres lie on one axis.
@@ -171,10 +171,10 @@ impl ThesisRevolute {
         let point = Point3::from(circles.iter().map(|c| c.centre.coords).sum::<Vector3<f64>>() / count);
         let mean_radius = circles.iter().map(|c| c.radius).sum::<f64>() / count;
         let from_mean = || circles.iter().map(|c| c.centre - point);
-        let (along, across) = principal(from_mean().map(|d| d * d.transpose()).sum());
+        let [along, across, _] = principal_axes(from_mean().map(|d| d * d.transpose()).sum());
         let no_line = circles.len() == 1 || (self.turntable && across.0 > self.turntable_spread.powi(2) * along.0);
         let direction = if no_line {
-            principal(circles.iter().map(|c| c.normal.into_inner() * c.normal.transpose()).sum()).0.1
+            principal_axes(circles.iter().map(|c| c.normal.into_inner() * c.normal.transpose()).sum())[0].1
         } else {
             along.1
         };
@@ -184,16 +184,6 @@ impl ThesisRevolute {
         let centres_inside = from_mean().filter(|d| direction.cross(d).norm() < self.axis_tolerance * measure).count();
         Some(LineFit { point, direction, centres_inside })
     }
-}
-
-/// The largest eigenvalue of a symmetric matrix with its vector, and the second.
-fn principal(matrix: Matrix3<f64>) -> ((f64, Unit<Vector3<f64>>), (f64, Unit<Vector3<f64>>)) {
-    let eigen = SymmetricEigen::new(matrix);
-    let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
-    let pair =
-        |k: usize| (eigen.eigenvalues[order[k]], Unit::new_normalize(eigen.eigenvectors.column(order[k]).into_owned()));
-    (pair(0), pair(1))
 }
 
 fn is_still(track: &Trajectory<'_>) -> bool {

@@ -1,0 +1,264 @@
+//! The whole configuration, from one TOML text.
+
+use std::path::PathBuf;
+
+use jointscope_models::{
+    Catalog, JointModel,
+    settings::{self, SettingsError, Value},
+};
+use jointscope_motion::MotionSettings;
+use jointscope_scoring::{Rule, ScoringSettings};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+/// The models of a configuration without `[models]`.
+const DEFAULT_MODELS: &str = "
+    [rigid]
+    kind = \"thesis-rigid\"
+    [prismatic]
+    kind = \"thesis-prismatic\"
+    [revolute]
+    kind = \"thesis-revolute\"
+";
+
+/// The tables of a configuration.
+const TABLES: [&str; 4] = ["recording", "motion", "models", "scoring"];
+
+/// Everything that decides how a recording is read and judged.
+#[derive(Debug)]
+pub struct Configuration {
+    /// What to analyse.
+    pub recording: RecordingSettings,
+    /// How motion is recovered.
+    pub motion: MotionSettings,
+    /// The models, sorted by name.
+    pub models: Vec<NamedModel>,
+    /// The rule that judges.
+    pub rule: Rule,
+}
+
+/// A joint model under the name that rules and results use.
+#[derive(Debug)]
+pub struct NamedModel {
+    /// Its key under `[models]`.
+    pub name: String,
+    /// The name of its kind in the catalog.
+    pub kind: String,
+    /// The model.
+    pub model: Box<dyn JointModel>,
+}
+
+/// Which recording, and what of it, is analysed. Reading it is the program's task.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RecordingSettings {
+    /// The file, relative to the configuration's folder.
+    pub path: Option<PathBuf>,
+    /// Format of the file, if its extension does not tell.
+    #[schemars(with = "Option<String>")]
+    pub format: Option<Spanned<String>>,
+    /// Unit of the lengths in the file: "m", "cm" or "mm"; results are always in metres.
+    #[schemars(with = "Option<String>")]
+    pub unit: Option<Spanned<String>>,
+    /// Adds a body at rest of this name, as the first one.
+    pub world: Option<String>,
+    /// Pairs to analyse, the reference first; all pairs if left out.
+    pub pairs: Option<Vec<[String; 2]>>,
+    /// A simulated scene instead of a file.
+    #[schemars(with = "Option<String>")]
+    pub scene: Option<Spanned<String>>,
+    /// Seed of the scene's noise.
+    pub seed: Option<u64>,
+    /// Noise of the scene, metres per coordinate.
+    #[schemars(range(min = 0.0))]
+    pub noise: Option<f64>,
+    /// Frames of the scene.
+    #[schemars(range(min = 1))]
+    pub frames: Option<usize>,
+}
+
+impl Configuration {
+    /// Reads a configuration.
+    ///
+    /// # Errors
+    /// [`SettingsError`] with the place in the text: syntax, unknown tables, keys, models or words, wrong types,
+    /// numbers out of range, rules that do not fit the models.
+    pub fn parse(text: &str, catalog: &Catalog) -> Result<Self, SettingsError> {
+        let mut root = parse_table(text)?;
+        if let Some((key, _)) = root.iter().find(|(key, _)| !TABLES.contains(&key.as_ref().as_ref())) {
+            return Err(settings::unknown("table", key.as_ref(), key.span(), &TABLES));
+        }
+        let mut recording: RecordingSettings = table(&mut root, "recording")?;
+        let motion = table(&mut root, "motion")?;
+        if let (Some(scene), Some(_)) = (&recording.scene, &recording.path) {
+            let both = SettingsError::at(scene.span(), "a recording is either a `path` or a `scene`, not both");
+            return Err(both.help("take one of them out"));
+        }
+        if recording.pairs.as_ref().is_some_and(Vec::is_empty) {
+            recording.pairs = None;
+        }
+        let models = match root.remove("models") {
+            Some(models) => named_models(models, catalog)?,
+            None => {
+                let span = 0..text.len();
+                named_models(Spanned::new(span, DeValue::Table(parse_table(DEFAULT_MODELS)?)), catalog)?
+            }
+        };
+        let spans = key_spans(root.get("scoring"));
+        let scoring: ScoringSettings = table(&mut root, "scoring")?;
+        let names: Vec<&str> = models.iter().map(|model| model.name.as_str()).collect();
+        let rule = Rule::new(&scoring, &names).map_err(|error| {
+            let at = spans.iter().find(|(key, _)| key == error.key).or(spans.first());
+            let span = at.map_or(0..text.len().min(1), |(_, span)| span.clone());
+            SettingsError::at(span, error.message).help(error.help)
+        })?;
+        Ok(Self { recording, motion, models, rule })
+    }
+}
+
+fn parse_table(text: &str) -> Result<DeTable<'_>, SettingsError> {
+    let parsed = DeTable::parse(text).map_err(|error| {
+        SettingsError::at(
+            error.span().unwrap_or(0..text.len().min(1)),
+            format!("this is not TOML: {}", error.message()),
+        )
+    })?;
+    Ok(parsed.into_inner())
+}
+
+/// Takes a table out of the configuration and reads it; one that is missing has its defaults.
+fn table<T: serde::de::DeserializeOwned + JsonSchema + Default>(
+    root: &mut DeTable<'_>,
+    name: &str,
+) -> Result<T, SettingsError> {
+    root.remove(name).map_or_else(|| Ok(T::default()), settings::read)
+}
+
+/// Where the keys of a table are, the table itself first.
+fn key_spans(value: Option<&Value<'_>>) -> Vec<(String, std::ops::Range<usize>)> {
+    let Some(value) = value else { return Vec::new() };
+    let keys = value.as_ref().as_table().into_iter().flatten();
+    let keys = keys.map(|(key, value)| (key.as_ref().to_string(), value.span()));
+    [(String::new(), value.span())].into_iter().chain(keys).collect()
+}
+
+fn named_models(models: Value<'_>, catalog: &Catalog) -> Result<Vec<NamedModel>, SettingsError> {
+    let span = models.span();
+    let DeValue::Table(models) = models.into_inner() else {
+        return Err(SettingsError::at(span, "`models` must be tables, one per model").help("write [models.NAME]"));
+    };
+    models.into_iter().map(|(name, settings)| named_model(name, settings, catalog)).collect()
+}
+
+fn named_model<'i>(
+    name: Spanned<std::borrow::Cow<'i, str>>,
+    value: Value<'i>,
+    catalog: &Catalog,
+) -> Result<NamedModel, SettingsError> {
+    let span = value.span();
+    let DeValue::Table(mut table) = value.into_inner() else {
+        let message = format!("the model `{}` must be a table of its settings", name.as_ref());
+        return Err(SettingsError::at(span, message).help(format!("write [models.{}]", name.as_ref())));
+    };
+    let (kind, kind_span) = match table.remove("kind") {
+        None => (name.as_ref().to_string(), name.span()),
+        Some(kind) => match kind.as_ref().as_str() {
+            Some(word) => (word.to_owned(), kind.span()),
+            None => return Err(SettingsError::at(kind.span(), "`kind` must be the name of a joint model, in quotes")),
+        },
+    };
+    let Some(plugin) = catalog.get(&kind) else {
+        let mut error = settings::unknown("joint model", &kind, kind_span, &catalog.names().collect::<Vec<_>>());
+        error.help = error.help.map(|known| {
+            format!(
+                "{known}\na model of another crate must be linked: `use that_crate as _;` in the program's main file"
+            )
+        });
+        return Err(error);
+    };
+    let model = plugin.build(Spanned::new(span, DeValue::Table(table)))?;
+    Ok(NamedModel { name: name.into_inner().into_owned(), kind, model })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Configuration, SettingsError> {
+        Configuration::parse(text, &Catalog::linked().expect("unique names"))
+    }
+
+    /// The error's message, its help, and the text it points at.
+    fn refused(text: &str) -> (String, String, &str) {
+        let error = parse(text).expect_err("refused");
+        (error.message, error.help.unwrap_or_default(), &text[error.span])
+    }
+
+    #[test]
+    fn an_empty_configuration_means_the_thesis_models() {
+        let configuration = parse("").expect("valid");
+        let names: Vec<_> = configuration.models.iter().map(|m| (m.name.as_str(), m.kind.as_str())).collect();
+        assert_eq!(
+            names,
+            [("prismatic", "thesis-prismatic"), ("revolute", "thesis-revolute"), ("rigid", "thesis-rigid")]
+        );
+        assert_eq!(configuration.motion, MotionSettings::default());
+    }
+
+    #[test]
+    fn unknown_names_point_at_themselves_with_the_nearest_spelling() {
+        let (message, help, at) = refused("[recordng]\npath = 'x'");
+        assert_eq!((message.as_str(), at), ("unknown table `recordng`", "recordng"));
+        assert!(help.contains("did you mean `recording`?"), "{help}");
+        let (message, help, at) = refused("[motion]\nregistraton = 'shape'");
+        assert_eq!((message.as_str(), at), ("unknown key `registraton`", "registraton"));
+        assert!(help.contains("`registration`") && help.contains("`pose_radius`"), "{help}");
+        let (message, help, at) = refused("[models.rigid]\nkind = 'thesis-rigit'");
+        assert_eq!((message.as_str(), at), ("unknown joint model `thesis-rigit`", "'thesis-rigit'"));
+        assert!(help.contains("did you mean `thesis-rigid`?") && help.contains("use that_crate as _;"), "{help}");
+        let (message, _, at) = refused("[models.hinge]");
+        assert_eq!((message.as_str(), at), ("unknown joint model `hinge`", "hinge"));
+        let (message, _, at) = refused("[models.revolute]\nkind = 'thesis-revolute'\ncircle_tolerence = 0.1");
+        assert_eq!((message.as_str(), at), ("unknown key `circle_tolerence`", "circle_tolerence"));
+    }
+
+    #[test]
+    fn wrong_types_words_and_ranges_point_at_the_value() {
+        for (text, message, at) in [
+            ("[motion]\nregistration = 'shap'", "`registration`: unknown value `shap`", "'shap'"),
+            ("[motion]\nregistration = 3", "`registration`: expected text in quotes, found the number 3", "3"),
+            ("[motion]\npose_radius = 'x'", "`pose_radius`: expected a number, found the text \"x\"", "'x'"),
+            ("[motion]\npose_radius = -1", "`pose_radius`: -1 is out of range", "-1"),
+            ("[motion]\npose_radius = nan", "`pose_radius`: NaN is out of range", "nan"),
+            ("[motion]\nnoise = -0.1", "`noise`: -0.1 is out of range", "-0.1"),
+            ("[motion]\nnoise = 'estimat'", "`noise`: unknown value `estimat`", "'estimat'"),
+            ("[recording]\npairs = [['a']]", "`pairs[0]`: invalid length 1, expected an array of length 2", "['a']"),
+            ("[recording]\nseed = 1.5", "`seed`: expected a whole number, found the number 1.5", "1.5"),
+            ("[models]\nrigid = 1", "the model `rigid` must be a table of its settings", "1"),
+            ("[models.p]\nkind = 'thesis-prismatic'\nsections = 0", "`sections`: 0 is out of range", "0"),
+            (
+                "[scoring]\norder = ['rigid', 'screw']",
+                "the cascade's order names `screw`, which is not among the models",
+                "['rigid', 'screw']",
+            ),
+            ("[scoring]\nrule = 'likelihod'", "`rule`: unknown value `likelihod`", "'likelihod'"),
+            ("[recording]\npath = 'a'\nscene = 'b'", "a recording is either a `path` or a `scene`, not both", "'b'"),
+        ] {
+            let (found, _, place) = refused(text);
+            assert_eq!((found.as_str(), place), (message, at), "{text}");
+        }
+        let (message, _, _) = refused("[motion\n");
+        assert!(message.starts_with("this is not TOML"), "{message}");
+    }
+
+    #[test]
+    fn words_and_numbers_both_set_the_noise() {
+        use jointscope_motion::NoiseSetting;
+        assert_eq!(parse("motion.noise = 0.002").expect("valid").motion.noise, NoiseSetting::Known(0.002));
+        assert_eq!(parse("motion.noise = 'estimate'").expect("valid").motion.noise, NoiseSetting::Estimate);
+    }
+}

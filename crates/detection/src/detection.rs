@@ -1,0 +1,52 @@
+//! What was detected.
+
+use std::collections::BTreeMap;
+
+use jointscope_models::{Axis, FitError, JointFit, Positions};
+use jointscope_motion::Noise;
+use jointscope_scoring::Verdict;
+
+/// The joints of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detection {
+    /// The bodies, in order of first appearance.
+    pub bodies: Vec<String>,
+    /// Number of frames.
+    pub frames: usize,
+    /// Seconds from first to last frame, where times are known.
+    pub duration: Option<f64>,
+    /// Every pair, in order of bodies or as asked.
+    pub pairs: Vec<PairDetection>,
+}
+
+/// The joint between two bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairDetection {
+    /// The body in whose coordinates the axis is given.
+    pub reference: String,
+    /// The other body.
+    pub moving: String,
+    /// What the rule concludes.
+    pub verdict: Verdict,
+    /// Whether the data decide; if not, `notes` say why.
+    pub determined: bool,
+    /// Axis of the verdict's joint, metres, in the reference body's coordinates.
+    pub axis: Option<Axis>,
+    /// The same axis in the moving body's coordinates.
+    pub axis_in_moving: Option<Axis>,
+    /// Positions of the verdict's joint, per frame of the recording.
+    pub positions: Option<Positions>,
+    /// Noise of the reference body.
+    pub noise_reference: Noise,
+    /// Noise of the moving body.
+    pub noise_moving: Noise,
+    /// Frames in which the relation of the bodies is seen.
+    pub frames_used: usize,
+    /// What every model found, by its name in the configuration.
+    pub models: BTreeMap<String, ModelFinding>,
+    /// What a user should know, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// What a model found, or why it found nothing.
+pub type ModelFinding = Result<JointFit, FitError>;

@@ -1,0 +1,178 @@
+//! The detector: models and a rule, applied to all pairs of a recording.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use jointscope_models::{Axis, Confidence, Joint};
+use jointscope_motion::{BodyMotion, Recording, RelativeMotion, RelativeMotionError};
+use jointscope_scoring::Verdict;
+use rayon::prelude::*;
+
+use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection};
+
+/// Name of the body at rest that a recording of one body is analysed against.
+const WORLD: &str = "world";
+/// Frames below which no joint is determined: three points define a circle, and more must confirm it.
+const FEW_FRAMES: usize = 6;
+
+/// Detects joints by a configuration.
+#[derive(Debug)]
+pub struct Detector {
+    configuration: Configuration,
+}
+
+/// Two bodies of a recording, by their index, the reference first.
+type Pair = (usize, usize);
+
+impl Detector {
+    /// A detector by a configuration.
+    pub fn new(configuration: Configuration) -> Self {
+        Self { configuration }
+    }
+
+    /// Detects the joints between all pairs of bodies, or between the pairs asked for.
+    ///
+    /// A recording of one body is analysed against the world. Bodies are registered and pairs judged in parallel on
+    /// the current rayon pool; the result does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// [`DetectionError`] if a pair names no body, or the world's name is taken.
+    pub fn detect(&self, recording: Recording, pairs: Option<&[[String; 2]]>) -> Result<Detection, DetectionError> {
+        self.detect_watched(recording, pairs, &|_, _| ())
+    }
+
+    /// As [`Detector::detect`], telling `watch` after each pair how many are done, and of how many.
+    ///
+    /// # Errors
+    /// As [`Detector::detect`].
+    pub fn detect_watched(
+        &self,
+        recording: Recording,
+        pairs: Option<&[[String; 2]]>,
+        watch: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Detection, DetectionError> {
+        let recording = match recording.bodies() {
+            [_] => recording.with_world(WORLD).map_err(DetectionError::World)?,
+            _ => recording,
+        };
+        let bodies = recording.bodies();
+        let pairs = match pairs {
+            Some(pairs) => pairs.iter().map(|pair| find_pair(&recording, pair)).collect::<Result<Vec<_>, _>>()?,
+            None => (0..bodies.len()).flat_map(|i| (i + 1..bodies.len()).map(move |j| (i, j))).collect(),
+        };
+        let settings = &self.configuration.motion;
+        let motions: Vec<BodyMotion<'_>> = bodies.par_iter().map(|body| BodyMotion::of(body, settings)).collect();
+        let done = AtomicUsize::new(0);
+        let judge = |&(reference, moving): &Pair| {
+            let judged = self.judge(&motions[reference], &motions[moving]);
+            watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
+            judged
+        };
+        Ok(Detection {
+            bodies: bodies.iter().map(|body| body.name().to_owned()).collect(),
+            frames: recording.frames(),
+            duration: recording.duration(),
+            pairs: pairs.par_iter().map(judge).collect(),
+        })
+    }
+
+    /// Judges one pair.
+    fn judge(&self, reference: &BodyMotion<'_>, moving: &BodyMotion<'_>) -> PairDetection {
+        let mut notes: Vec<String> = [reference, moving]
+            .iter()
+            .filter_map(|body| Some(format!("{}: {}; only its positions count", body.name(), body.unposed()?)))
+            .collect();
+        let seen = match RelativeMotion::between(reference, moving) {
+            Err(RelativeMotionError::Unposed { .. }) if moving.unposed().is_none() => {
+                notes.push(format!("the motion was analysed as seen from `{}`", moving.name()));
+                RelativeMotion::between(moving, reference).map(|motion| (motion, true))
+            }
+            seen => seen.map(|motion| (motion, false)),
+        };
+        let mut pair = PairDetection {
+            reference: reference.name().into(),
+            moving: moving.name().into(),
+            verdict: self.configuration.rule.apply(&Default::default()),
+            determined: false,
+            axis: None,
+            axis_in_moving: None,
+            positions: None,
+            noise_reference: reference.noise(),
+            noise_moving: moving.noise(),
+            frames_used: 0,
+            models: Default::default(),
+            notes,
+        };
+        match seen {
+            Ok((motion, swapped)) => self.fit(&mut pair, &motion, swapped),
+            Err(error) => pair.notes.push(format!("{error}: nothing is known about their joint")),
+        }
+        pair
+    }
+
+    fn fit(&self, pair: &mut PairDetection, motion: &RelativeMotion<'_>, swapped: bool) {
+        pair.frames_used = motion.frames().len();
+        let fits = self.configuration.models.iter().map(|named| (named.name.clone(), named.model.fit(motion)));
+        pair.models = fits.collect();
+        let confidence = |finding: &ModelFinding| finding.as_ref().map_or(Confidence::ZERO, |fit| fit.confidence);
+        let findings = pair.models.iter().map(|(name, finding)| (name.clone(), confidence(finding))).collect();
+        let verdict = self.configuration.rule.apply(&findings);
+        for (name, finding) in &pair.models {
+            match finding {
+                Ok(fit) => pair.notes.extend(fit.notes.iter().map(|note| format!("{name}: {note}"))),
+                Err(error) => pair.notes.push(format!("{name}: {error}")),
+            }
+        }
+        let doubts = doubts(motion, &verdict, &pair.models);
+        pair.determined = doubts.is_empty();
+        pair.notes.extend(doubts);
+        if let Some(Ok(fit)) = pair.models.get(&verdict.joint) {
+            let Joint { axis, positions } = fit.joint.clone();
+            let other_side = motion.moving_from_reference();
+            let carried =
+                axis.zip(other_side).map(|(axis, moving_from_reference)| axis.seen_from(&moving_from_reference));
+            // Seen from the other body the joint moves backwards: the same positions along the opposite direction.
+            (pair.axis, pair.axis_in_moving) =
+                if swapped { (carried.map(opposite), axis.map(opposite)) } else { (axis, carried) };
+            pair.positions = positions;
+        }
+        pair.verdict = verdict;
+    }
+}
+
+fn opposite(axis: Axis) -> Axis {
+    Axis { direction: axis.direction.map(|direction| -direction), ..axis }
+}
+
+/// Why the data do not decide, in sentences that say what would help.
+fn doubts(
+    motion: &RelativeMotion<'_>,
+    verdict: &Verdict,
+    models: &std::collections::BTreeMap<String, ModelFinding>,
+) -> Vec<String> {
+    let mut doubts = verdict.doubts.clone();
+    let lengths = motion.path_lengths();
+    if lengths.reference == 0.0 && lengths.moving == 0.0 {
+        doubts.push("neither body moves: every joint at rest looks rigid; record them moving".into());
+    }
+    let frames = motion.frames().len();
+    if frames < FEW_FRAMES {
+        doubts.push(format!("{frames} frames show both bodies, at least {FEW_FRAMES} are needed; record more"));
+    }
+    if models.values().all(Result::is_err) {
+        doubts.push("no model could judge this motion".into());
+    }
+    doubts
+}
+
+fn find_pair(recording: &Recording, [reference, moving]: &[String; 2]) -> Result<Pair, DetectionError> {
+    let find = |name: &String| {
+        recording.bodies().iter().position(|body| body.name() == name).ok_or_else(|| DetectionError::UnknownBody {
+            name: name.clone(),
+            known: recording.bodies().iter().map(|body| body.name().to_owned()).collect(),
+        })
+    };
+    if reference == moving {
+        return Err(DetectionError::PairOfOne { name: reference.clone() });
+    }
+    Ok((find(reference)?, find(moving)?))
+}

@@ -1,0 +1,32 @@
+//! Why a recording cannot be analysed.
+
+use jointscope_motion::MotionError;
+
+/// Why a recording cannot be analysed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DetectionError {
+    /// A pair names a body that the recording does not have.
+    #[error("the recording has no body `{name}`; it has {}", list(known))]
+    UnknownBody {
+        /// The name.
+        name: String,
+        /// The bodies there are.
+        known: Vec<String>,
+    },
+    /// A pair names one body twice.
+    #[error("the pair [`{name}`, `{name}`] names one body twice")]
+    PairOfOne {
+        /// The name.
+        name: String,
+    },
+    /// The world cannot be added.
+    #[error(
+        "the recording has one body, which would be analysed against the world: {0}; name the world by `world` under [recording]"
+    )]
+    World(MotionError),
+}
+
+fn list(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}

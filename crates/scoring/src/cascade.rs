@@ -1,0 +1,122 @@
+//! The thesis's rule: a chain in which every model vetoes the ones behind it.
+
+use std::collections::BTreeSet;
+
+use crate::{Findings, RuleError, ScoringSettings, Verdict};
+
+/// `p_k = c_k Π_{j<k} (1 - c_j)` for the models in order, and `Π_j (1 - c_j)` for the joint that remains.
+///
+/// The confidences sum to 1 whatever the models say. A model that gave no finding says no.
+///
+/// # References
+/// Thesis equations (48)-(51), for any number of models.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cascade {
+    order: Vec<String>,
+    otherwise: String,
+    margin: f64,
+}
+
+impl Cascade {
+    /// The chain over `models`, each of which must stand in the order once.
+    ///
+    /// # Errors
+    /// [`RuleError`].
+    pub fn new(settings: &ScoringSettings, models: &[&str]) -> Result<Self, RuleError> {
+        let ScoringSettings { order, otherwise, margin, .. } = settings.clone();
+        let list = |names: &[&str]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let in_order = |message: String, help: String| Err(RuleError { key: "order", message, help });
+        let mut seen = BTreeSet::new();
+        for name in &order {
+            if !models.contains(&name.as_str()) {
+                let help = format!("models: {}; add [models.{name}], or take it out of `order`", list(models));
+                return in_order(format!("the cascade's order names `{name}`, which is not among the models"), help);
+            }
+            if !seen.insert(name.as_str()) {
+                return in_order(format!("the cascade's order names `{name}` twice"), "name each model once".into());
+            }
+        }
+        if let Some(missing) = models.iter().find(|model| !seen.contains(**model)) {
+            let help = format!("add it where it should be asked: order = [{}]", quoted(&order, missing));
+            return in_order(
+                format!("the model `{missing}` is not in the cascade's order, so it would not count"),
+                help,
+            );
+        }
+        if order.is_empty() {
+            return in_order("the cascade has no models".into(), "name at least one".into());
+        }
+        if seen.contains(otherwise.as_str()) {
+            let message = format!("`{otherwise}` is both a model and what remains when all models say no");
+            return Err(RuleError { key: "otherwise", message, help: "give the remainder a name of its own".into() });
+        }
+        Ok(Self { order, otherwise, margin })
+    }
+
+    /// Judges one pair.
+    pub fn apply(&self, findings: &Findings) -> Verdict {
+        let mut left = 1.0;
+        let mut confidences = Vec::with_capacity(self.order.len() + 1);
+        for name in &self.order {
+            let says = findings.get(name).map_or(0.0, |confidence| confidence.value());
+            confidences.push((name.clone(), left * says));
+            left *= 1.0 - says;
+        }
+        confidences.push((self.otherwise.clone(), left));
+        Verdict::of(confidences, self.margin)
+    }
+}
+
+fn quoted(order: &[String], last: &str) -> String {
+    let names = order.iter().map(String::as_str).chain([last]);
+    names.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jointscope_models::Confidence;
+
+    const MODELS: [&str; 3] = ["prismatic", "revolute", "rigid"];
+
+    fn findings(rigid: f64, prismatic: f64, revolute: f64) -> Findings {
+        [("rigid", rigid), ("prismatic", prismatic), ("revolute", revolute)]
+            .map(|(name, c)| (name.to_owned(), Confidence::new(c).expect("in range")))
+            .into()
+    }
+
+    #[test]
+    fn equations_48_to_51_by_hand() {
+        let cascade = Cascade::new(&ScoringSettings::default(), &MODELS).expect("valid");
+        let verdict = cascade.apply(&findings(0.2, 0.5, 0.75));
+        // 0.2; 0.8 · 0.5; 0.8 · 0.5 · 0.75; 0.8 · 0.5 · 0.25.
+        let expected = [("rigid", 0.2), ("prismatic", 0.4), ("revolute", 0.3), ("disconnected", 0.1)];
+        for ((name, confidence), (expected_name, expected)) in verdict.confidences.iter().zip(expected) {
+            assert_eq!(name, expected_name);
+            assert!((confidence - expected).abs() < 1e-15);
+        }
+        assert_eq!(verdict.joint, "prismatic");
+        assert_eq!(verdict.doubts, ["revolute (0.300) is nearly as likely as prismatic (0.400)"]);
+        assert!(cascade.apply(&findings(0.9, 0.0, 0.0)).doubts.is_empty());
+    }
+
+    #[test]
+    fn a_model_without_finding_says_no() {
+        let cascade = Cascade::new(&ScoringSettings::default(), &MODELS).expect("valid");
+        assert_eq!(cascade.apply(&Findings::new()).joint, "disconnected");
+    }
+
+    #[test]
+    fn an_order_must_name_every_model_once() {
+        let with = |order: &[&str], otherwise: &str| {
+            let order = order.iter().map(ToString::to_string).collect();
+            let settings = ScoringSettings { order, otherwise: otherwise.into(), ..Default::default() };
+            Cascade::new(&settings, &MODELS).expect_err("refused").message
+        };
+        assert!(with(&["rigid", "screw"], "free").contains("`screw`, which is not among the models"));
+        assert!(with(&["rigid", "rigid"], "free").contains("twice"));
+        assert!(with(&["rigid", "prismatic"], "free").contains("`revolute` is not in the cascade's order"));
+        assert!(with(&["rigid", "prismatic", "revolute"], "rigid").contains("both a model and what remains"));
+        assert!(Cascade::new(&ScoringSettings { order: vec![], ..Default::default() }, &[]).is_err());
+    }
+}

@@ -1,0 +1,27 @@
+//! What a rule concludes.
+
+/// The conclusion about one pair of bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// The joint with the greatest confidence.
+    pub joint: String,
+    /// Its confidence.
+    pub confidence: f64,
+    /// The confidence of every joint, in the rule's order; they sum to 1.
+    pub confidences: Vec<(String, f64)>,
+    /// Why the data do not decide, if they do not.
+    pub doubts: Vec<String>,
+}
+
+impl Verdict {
+    /// The verdict from confidences; of equals the first. It is in doubt if its lead over the next is below `margin`.
+    pub(crate) fn of(confidences: Vec<(String, f64)>, margin: f64) -> Self {
+        let mut ranked: Vec<&(String, f64)> = confidences.iter().collect();
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let (joint, confidence) = ranked[0].clone();
+        let close = ranked.get(1).filter(|(_, next)| confidence - next < margin);
+        let doubts =
+            close.map(|(rival, next)| format!("{rival} ({next:.3}) is nearly as likely as {joint} ({confidence:.3})"));
+        Self { joint, confidence, doubts: doubts.into_iter().collect(), confidences }
+    }
+}
