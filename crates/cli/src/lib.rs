@@ -1,1 +1,56 @@
-//! Placeholder.
+//! The jointscope program, as a library.
+//!
+//! A program with further joint models is one that links their crate:
+//!
+//! ```no_run
+//! // use my_joints as _;
+//! fn main() -> std::process::ExitCode {
+//!     jointscope_cli::main()
+//! }
+//! ```
+
+mod command;
+mod failure;
+mod output;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::failure::Failure;
+
+/// Finds the joints of things by watching them move.
+#[derive(Debug, Parser)]
+#[command(name = "jointscope", bin_name = program_name(), version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(command::run::Arguments),
+    Models(command::models::Arguments),
+    Simulate(command::simulate::Arguments),
+    Reproduce(command::reproduce::Arguments),
+}
+
+/// The program: reads the command line, does what it says, and tells how it went.
+///
+/// Exit codes: 0 done; 1 the data could not be read or processed; 2 wrong usage or configuration.
+pub fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Run(arguments) => command::run::run(&arguments),
+        Command::Models(arguments) => command::models::run(&arguments),
+        Command::Simulate(arguments) => command::simulate::run(&arguments),
+        Command::Reproduce(arguments) => command::reproduce::run(&arguments),
+    };
+    done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
+}
+
+/// The name the program was called by, for its help texts.
+fn program_name() -> String {
+    let called = std::env::args_os().next().map(std::path::PathBuf::from);
+    let name = called.as_deref().and_then(|path| path.file_stem()).map(|name| name.to_string_lossy().into_owned());
+    name.unwrap_or_else(|| "jointscope".into())
+}

@@ -101,12 +101,11 @@ impl Configuration {
         if recording.pairs.as_ref().is_some_and(Vec::is_empty) {
             recording.pairs = None;
         }
-        let models = match root.remove("models") {
-            Some(models) => named_models(models, catalog)?,
-            None => {
-                let span = 0..text.len();
-                named_models(Spanned::new(span, DeValue::Table(parse_table(DEFAULT_MODELS)?)), catalog)?
-            }
+        let models = if let Some(models) = root.remove("models") {
+            named_models(models, catalog)?
+        } else {
+            let defaults = DeValue::Table(parse_table(DEFAULT_MODELS)?);
+            named_models(Spanned::new(0..text.len(), defaults), catalog)?
         };
         let spans = key_spans(root.get("scoring"));
         let scoring: ScoringSettings = table(&mut root, "scoring")?;

@@ -1,10 +1,11 @@
 //! The detector: models and a rule, applied to all pairs of a recording.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::{Axis, Confidence, Joint};
 use jointscope_motion::{BodyMotion, Recording, RelativeMotion, RelativeMotionError};
-use jointscope_scoring::Verdict;
+use jointscope_scoring::{Findings, Verdict};
 use rayon::prelude::*;
 
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection};
@@ -91,7 +92,7 @@ impl Detector {
         let mut pair = PairDetection {
             reference: reference.name().into(),
             moving: moving.name().into(),
-            verdict: self.configuration.rule.apply(&Default::default()),
+            verdict: self.configuration.rule.apply(&Findings::new()),
             determined: false,
             axis: None,
             axis_in_moving: None,
@@ -99,7 +100,7 @@ impl Detector {
             noise_reference: reference.noise(),
             noise_moving: moving.noise(),
             frames_used: 0,
-            models: Default::default(),
+            models: BTreeMap::new(),
             notes,
         };
         match seen {
@@ -144,11 +145,7 @@ fn opposite(axis: Axis) -> Axis {
 }
 
 /// Why the data do not decide, in sentences that say what would help.
-fn doubts(
-    motion: &RelativeMotion<'_>,
-    verdict: &Verdict,
-    models: &std::collections::BTreeMap<String, ModelFinding>,
-) -> Vec<String> {
+fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Vec<String> {
     let mut doubts = verdict.doubts.clone();
     let lengths = motion.path_lengths();
     if lengths.reference == 0.0 && lengths.moving == 0.0 {

@@ -1,1 +1,7 @@
-//! Placeholder.
+//! A detection as text: a table for people, JSON for programs.
+
+mod json;
+mod table;
+
+pub use json::to_json;
+pub use table::to_table;

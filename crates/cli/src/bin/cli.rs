@@ -1,0 +1,5 @@
+//! The jointscope program.
+
+fn main() -> std::process::ExitCode {
+    jointscope_cli::main()
+}

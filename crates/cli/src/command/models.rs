@@ -1,0 +1,59 @@
+//! `models`: what joint models there are, and what each one's settings mean.
+
+use clap::Args;
+use comfy_table::{Table, presets};
+use jointscope_models::{JointModelPlugin, settings};
+
+use super::catalog;
+use crate::{failure::Failure, output};
+
+/// List the joint models, or explain one with its settings and defaults
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The model to explain; all are listed if left out
+    name: Option<String>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let catalog = catalog()?;
+    let Some(name) = &arguments.name else {
+        let mut table = Table::new();
+        table.load_style(presets::NOTHING).set_header(["model", "from", "what it looks for"]);
+        for plugin in catalog.iter() {
+            let from = format!("{} {}", plugin.origin.package, plugin.origin.version);
+            table.add_row([plugin.name, from.as_str(), plugin.summary]);
+        }
+        return output::print(&trimmed(&table));
+    };
+    let Some(plugin) = catalog.get(name) else {
+        let known: Vec<_> = catalog.names().collect();
+        let error = settings::unknown("joint model", name, 0..0, &known);
+        return Err(Failure::usage_with_help(error.message, error.help.unwrap_or_default()));
+    };
+    output::print(&explanation(plugin))
+}
+
+fn explanation(plugin: &JointModelPlugin) -> String {
+    let schema = plugin.schema();
+    let description = schema.get("description").and_then(|text| text.as_str()).unwrap_or(plugin.summary);
+    let mut text = format!(
+        "{}: {}\nfrom {} {}\n\n{description}\n",
+        plugin.name, plugin.summary, plugin.origin.package, plugin.origin.version
+    );
+    let settings = settings::describe(&schema, &plugin.default_settings());
+    if settings.is_empty() {
+        return text + "\nThere are no settings.\n";
+    }
+    text += "\nSettings, with their defaults:\n\n";
+    text += &format!("[models.NAME]\nkind = \"{}\"\n", plugin.name);
+    for setting in settings {
+        text +=
+            &format!("{} = {}    # {}\n    {}\n", setting.key, setting.default, setting.allowed, setting.description);
+    }
+    text
+}
+
+/// A table's lines without the blanks that fill its last column.
+pub(super) fn trimmed(table: &Table) -> String {
+    table.lines().fold(String::new(), |text, line| text + line.trim_end() + "\n")
+}

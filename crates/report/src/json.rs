@@ -1,0 +1,179 @@
+//! The result as JSON, format `jointscope-detection`.
+
+use std::collections::BTreeMap;
+
+use jointscope_detection::{Detection, ModelFinding, PairDetection};
+use jointscope_models::{Axis, Positions};
+use serde::{Serialize, Serializer, ser::SerializeMap};
+
+/// The detection as JSON text, ending with a newline.
+///
+/// *Convention.* Metres, seconds, radians. Keys that do not apply are null, never missing; numbers that are not finite
+/// are null. Keys stand in a fixed order, so that equal detections give equal bytes.
+pub fn to_json(detection: &Detection) -> String {
+    let result = Result {
+        format: "jointscope-detection",
+        version: 1,
+        recording: Recording { bodies: &detection.bodies, frames: detection.frames, duration: detection.duration },
+        pairs: detection.pairs.iter().map(Pair::of).collect(),
+    };
+    let mut text = serde_json::to_string_pretty(&result).expect("keys are strings, and non-finite numbers become null");
+    text.push('\n');
+    text
+}
+
+#[derive(Serialize)]
+struct Result<'d> {
+    format: &'static str,
+    version: u32,
+    recording: Recording<'d>,
+    pairs: Vec<Pair<'d>>,
+}
+
+#[derive(Serialize)]
+struct Recording<'d> {
+    bodies: &'d [String],
+    frames: usize,
+    duration: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Pair<'d> {
+    reference: &'d str,
+    moving: &'d str,
+    joint: &'d str,
+    confidence: f64,
+    determined: bool,
+    confidences: InOrder<'d>,
+    axis: Option<AxisParts>,
+    axis_uncertainty: Option<()>,
+    positions: Option<Vec<Option<Coordinates>>>,
+    position_range: Option<Ranges>,
+    axis_in_moving: Option<AxisParts>,
+    scale: Option<()>,
+    depth_gain: Option<()>,
+    noise: Noise,
+    frames_used: usize,
+    models: BTreeMap<&'d str, Model<'d>>,
+    notes: &'d [String],
+}
+
+#[derive(Serialize)]
+struct AxisParts {
+    point: [f64; 3],
+    direction: Option<[f64; 3]>,
+    pitch: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Noise {
+    reference: Option<f64>,
+    moving: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Model<'d> {
+    confidence: f64,
+    parts: BTreeMap<&'static str, f64>,
+    residual_rms: Option<f64>,
+    parameters: Option<usize>,
+    log_evidence: Option<f64>,
+    error: Option<String>,
+    notes: &'d [String],
+}
+
+/// One degree of freedom is a number, several are an array.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Coordinates {
+    One(f64),
+    Several(Vec<f64>),
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Ranges {
+    One([f64; 2]),
+    Several(Vec<[f64; 2]>),
+}
+
+/// A map that keeps its order.
+struct InOrder<'d>(&'d [(String, f64)]);
+
+impl Serialize for InOrder<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        self.0.iter().try_for_each(|(key, value)| map.serialize_entry(key, value))?;
+        map.end()
+    }
+}
+
+impl<'d> Pair<'d> {
+    fn of(pair: &'d PairDetection) -> Self {
+        Self {
+            reference: &pair.reference,
+            moving: &pair.moving,
+            joint: &pair.verdict.joint,
+            confidence: pair.verdict.confidence,
+            determined: pair.determined,
+            confidences: InOrder(&pair.verdict.confidences),
+            axis: pair.axis.map(axis_parts),
+            axis_uncertainty: None,
+            positions: pair.positions.as_ref().map(coordinates),
+            position_range: pair.positions.as_ref().and_then(ranges),
+            axis_in_moving: pair.axis_in_moving.map(axis_parts),
+            scale: None,
+            depth_gain: None,
+            noise: Noise { reference: pair.noise_reference.position, moving: pair.noise_moving.position },
+            frames_used: pair.frames_used,
+            models: pair.models.iter().map(|(name, finding)| (name.as_str(), Model::of(finding))).collect(),
+            notes: &pair.notes,
+        }
+    }
+}
+
+impl<'d> Model<'d> {
+    fn of(finding: &'d ModelFinding) -> Self {
+        match finding {
+            Ok(fit) => Self {
+                confidence: fit.confidence.value(),
+                parts: fit.parts.clone(),
+                residual_rms: fit.residual_rms,
+                parameters: fit.evidence.map(|evidence| evidence.parameters),
+                log_evidence: fit.evidence.map(|e| -0.5 * (e.chi_squared + e.configuration_cost)),
+                error: None,
+                notes: &fit.notes,
+            },
+            Err(error) => Self {
+                confidence: 0.0,
+                parts: BTreeMap::new(),
+                residual_rms: None,
+                parameters: None,
+                log_evidence: None,
+                error: Some(error.to_string()),
+                notes: &[],
+            },
+        }
+    }
+}
+
+fn axis_parts(axis: Axis) -> AxisParts {
+    AxisParts {
+        point: axis.point.coords.into(),
+        direction: axis.direction.map(|direction| direction.into_inner().into()),
+        pitch: axis.pitch,
+    }
+}
+
+fn coordinates(positions: &Positions) -> Vec<Option<Coordinates>> {
+    let one_or_several = |row: &[f64]| match row {
+        &[one] => Coordinates::One(one),
+        several => Coordinates::Several(several.to_vec()),
+    };
+    positions.iter().map(|row| row.map(one_or_several)).collect()
+}
+
+fn ranges(positions: &Positions) -> Option<Ranges> {
+    let ranges = positions.ranges()?;
+    Some(if let &[one] = ranges.as_slice() { Ranges::One(one) } else { Ranges::Several(ranges) })
+}

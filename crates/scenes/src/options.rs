@@ -1,0 +1,212 @@
+//! What a caller can choose about a named scene.
+
+use std::ops::RangeBounds;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{SceneError, Sensor};
+
+/// Choices about a named scene; everything left out is as the scene's description says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SceneOptions {
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Number of frames, at least 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<usize>,
+    /// Number of features on every body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub features: Option<usize>,
+    /// Standard deviation of a sample across the viewing ray, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
+    /// Standard deviation along the viewing ray as a multiple of `noise`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_noise: Option<f64>,
+    /// Correlation of a sample's noise with that of the frame before (AR(1)), in [0, 1); the size of the noise stays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drift: Option<f64>,
+    /// Share of the samples that are missing, in [0, 1).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dropout: Option<f64>,
+    /// Share of a body's features that move on their own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outlier_features: Option<f64>,
+    /// Share of the samples that are wild.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outlier_samples: Option<f64>,
+    /// Range of every angle of the joint, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep_deg: Option<f64>,
+    /// Range of every length of the joint, metres; left out, the arc that the sweep makes at 15 cm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub travel: Option<f64>,
+    /// Edge of the cubes that hold the bodies' features, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body_size: Option<f64>,
+    /// Distance of the moving body's centre from the axis, metres; 0 centres it on the axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_distance: Option<f64>,
+    /// The joint is not ideal: a slow random translation of this range in every coordinate is added, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub play: Option<f64>,
+    /// The reference body rests in the recording's coordinates; it is still seen with noise.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub still_base: bool,
+    /// What the observed coordinates of the moving bodies are multiplied by, about the camera centre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// Compression of the moving bodies' depth changes: z(t) = z(0) + g (Z(t) - Z(0)).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_gain: Option<f64>,
+    /// Bodies of the thesis's experiments appear at the different scales that a single camera gave them.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub monocular: bool,
+}
+
+impl SceneOptions {
+    /// Checks every option against its range.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`], naming the option.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let count = |option, value: Option<usize>, range: std::ops::RangeInclusive<f64>, expected| {
+            value.map_or(Ok(()), |value| within(option, value as f64, range, expected))
+        };
+        count("frames", self.frames, 2.0..=1e6, "2 to 1000000")?;
+        count("features", self.features, 1.0..=1e4, "1 to 10000")?;
+        let metres = |option, value: Option<f64>, least: f64, expected| {
+            value.map_or(Ok(()), |value| within(option, value, least..=10.0, expected))
+        };
+        metres("travel", self.travel, 1e-6, "0.000001 to 10 m")?;
+        metres("body_size", self.body_size, 1e-6, "0.000001 to 10 m")?;
+        metres("axis_distance", self.axis_distance, 0.0, "0 to 10 m")?;
+        metres("play", self.play, 0.0, "0 to 10 m")?;
+        if let Some(sweep) = self.sweep_deg {
+            within("sweep_deg", sweep, 1e-6..=36_000.0, "0.000001 to 36000 degrees")?;
+        }
+        check_scale(self.scale.unwrap_or(1.0))?;
+        check_depth_gain(self.depth_gain.unwrap_or(1.0))?;
+        self.sensor(0.0).check()
+    }
+
+    /// The sensor these options ask for, where `noise` is the scene's own, metres.
+    pub(crate) fn sensor(&self, noise: f64) -> Sensor {
+        Sensor {
+            noise: self.noise.unwrap_or(noise),
+            depth_noise: self.depth_noise.unwrap_or(1.0),
+            drift: self.drift.unwrap_or(0.0),
+            dropout: self.dropout.unwrap_or(0.0),
+            outlier_features: self.outlier_features.unwrap_or(0.0),
+            outlier_samples: self.outlier_samples.unwrap_or(0.0),
+        }
+    }
+
+    /// Refuses options that a scene has no use for, rather than ignoring them.
+    pub(crate) fn refuse(&self, scene: &str, useless: &[&'static str]) -> Result<(), SceneError> {
+        let given = [
+            ("sweep_deg", self.sweep_deg.is_some()),
+            ("travel", self.travel.is_some()),
+            ("body_size", self.body_size.is_some()),
+            ("axis_distance", self.axis_distance.is_some()),
+            ("still_base", self.still_base),
+            ("monocular", self.monocular),
+        ];
+        let clash = given.iter().find(|(option, given)| *given && useless.contains(option));
+        clash.map_or(Ok(()), |&(option, _)| Err(SceneError::NotApplicable { option, scene: scene.into() }))
+    }
+}
+
+/// Checks one number against its range; NaN lies in none.
+pub(crate) fn within(
+    option: &'static str,
+    value: f64,
+    range: impl RangeBounds<f64>,
+    expected: &'static str,
+) -> Result<(), SceneError> {
+    if range.contains(&value) { Ok(()) } else { Err(SceneError::OutOfRange { option, expected, found: value }) }
+}
+
+pub(crate) fn check_scale(scale: f64) -> Result<(), SceneError> {
+    within("scale", scale, 0.01..=100.0, "0.01 to 100")
+}
+
+pub(crate) fn check_depth_gain(gain: f64) -> Result<(), SceneError> {
+    within("depth_gain", gain, 0.01..=100.0, "0.01 to 100")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{names, simulate};
+
+    fn parsed(text: &str) -> Result<SceneOptions, serde_json::Error> {
+        serde_json::from_str(text)
+    }
+
+    #[test]
+    fn every_option_out_of_range_is_an_error_that_names_it() {
+        let wrong = [
+            ("frames", "0"),
+            ("frames", "1"),
+            ("frames", "1000001"),
+            ("features", "0"),
+            ("features", "10001"),
+            ("noise", "-0.001"),
+            ("noise", "1e9"),
+            ("depth_noise", "-1"),
+            ("drift", "1"),
+            ("drift", "-0.1"),
+            ("dropout", "1"),
+            ("dropout", "-0.1"),
+            ("outlier_features", "1.1"),
+            ("outlier_samples", "-0.1"),
+            ("sweep_deg", "0"),
+            ("sweep_deg", "-45"),
+            ("travel", "0"),
+            ("travel", "11"),
+            ("body_size", "0"),
+            ("axis_distance", "-0.1"),
+            ("play", "-1"),
+            ("scale", "0"),
+            ("depth_gain", "-0.6"),
+        ];
+        for (option, value) in wrong {
+            let options = parsed(&format!("{{\"{option}\": {value}}}")).expect("valid JSON");
+            for (scene, _) in names() {
+                let error = simulate(scene, &options).expect_err(option).to_string();
+                assert!(error.starts_with(&format!("option `{option}` must be")), "{scene}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn options_that_are_not_numbers_are_errors() {
+        for options in [
+            SceneOptions { noise: Some(f64::NAN), ..SceneOptions::default() },
+            SceneOptions { scale: Some(f64::INFINITY), ..SceneOptions::default() },
+            SceneOptions { sweep_deg: Some(f64::NAN), ..SceneOptions::default() },
+        ] {
+            assert!(matches!(options.check(), Err(SceneError::OutOfRange { .. })));
+        }
+    }
+
+    #[test]
+    fn unknown_options_are_refused_and_left_out_ones_have_defaults() {
+        assert_eq!(parsed("{}").expect("empty"), SceneOptions::default());
+        assert!(parsed("{\"nois\": 1}").is_err());
+        let options = SceneOptions { seed: 3, noise: Some(0.25), still_base: true, ..SceneOptions::default() };
+        let text = serde_json::to_string(&options).expect("serialises");
+        assert_eq!(text, r#"{"seed":3,"noise":0.25,"still_base":true}"#);
+        assert_eq!(parsed(&text).expect("its own output"), options);
+    }
+
+    #[test]
+    fn options_without_use_are_refused_rather_than_ignored() {
+        let error = simulate("fridge", &SceneOptions { sweep_deg: Some(30.0), ..SceneOptions::default() });
+        assert_eq!(error.expect_err("no use").to_string(), "option `sweep_deg` does not apply to scene `fridge`");
+        let monocular = SceneOptions { monocular: true, ..SceneOptions::default() };
+        assert!(simulate("revolute", &monocular).is_err() && simulate("laptop", &monocular).is_ok());
+    }
+}
