@@ -42,10 +42,10 @@ mod tests {
 
     #[test]
     fn only_positions_are_scaled_and_rounded_quaternions_are_normalised() {
-        let pose = pose([1000., 0., 0., 0., 0., 0.7071, 0.7071], Unit::Millimetre).expect("sound").expect("seen");
+        let pose = pose([1000., 0., 0., 0., 0., 0.6, 0.801], Unit::Millimetre).expect("sound").expect("seen");
         assert!(pose.translation.x == 1.);
         assert!((pose.rotation.norm() - 1.).abs() < 1e-15);
-        assert!((pose.rotation.angle().to_degrees() - 90.).abs() < 1e-9);
+        assert!((pose.rotation.k / pose.rotation.w - 0.6 / 0.801).abs() < 1e-15);
     }
 
     #[test]

@@ -29,12 +29,12 @@ pub enum Unit {
 impl Unit {
     /// A length in this unit, in metres.
     pub fn to_metres(self, length: f64) -> f64 {
-        // Division by a whole number is rounded once, multiplication by its rounded inverse twice.
+        // Whole numbers are exact: 9 mm become the double nearest to 0.009, which 9 × 0.001 is not.
         match self {
             Self::Metre => length,
             Self::Centimetre => length / 100.,
             Self::Millimetre => length / 1000.,
-            Self::Inch => length * 0.0254,
+            Self::Inch => length * 127. / 5000.,
         }
     }
 }
@@ -67,8 +67,8 @@ mod tests {
 
     #[test]
     fn lengths_become_metres_without_needless_rounding() {
-        let metres = [Unit::Metre, Unit::Centimetre, Unit::Millimetre, Unit::Inch].map(|unit| unit.to_metres(3.));
-        assert!(metres == [3., 0.03, 0.003, 0.0762]);
+        let metres = [Unit::Metre, Unit::Centimetre, Unit::Millimetre, Unit::Inch].map(|unit| unit.to_metres(9.));
+        assert!(metres == [9., 0.09, 0.009, 0.2286]);
     }
 
     #[test]

@@ -162,11 +162,8 @@ fn text_that_is_not_utf_8_is_refused_with_its_line() {
 
 #[test]
 fn a_sparse_table_cannot_ask_for_all_memory() {
-    let mut text = HEADER.to_owned();
-    for row in 0..20_000 {
-        text += &format!("{row},,door,{row},1,2,3\n");
-    }
-    assert!(refused(&text).contains("20000 frames of 20000 features"));
+    let rows: Vec<_> = (0..20_000).map(|row| format!("{row},,door,{row},1,2,3")).collect();
+    assert!(refused(&format!("{HEADER}{}\n", rows.join("\n"))).contains("20000 frames of 20000 features"));
 }
 
 proptest! {
