@@ -38,7 +38,10 @@ fn every_score_equals_the_independent_one() {
         let detection = detector.detect(recording, None).expect("two bodies");
         let pair = &detection.pairs[0];
         let same = |what: &str, found: f64, expected: f64| {
-            assert!(found == expected || (found - expected).abs() < SCORE, "{name}: {what} is {found}, expected {expected}");
+            assert!(
+                found == expected || (found - expected).abs() < SCORE,
+                "{name}: {what} is {found}, expected {expected}"
+            );
         };
         for (joint, confidence) in &pair.verdict.confidences {
             same(joint, *confidence, number(&answer[format!("confidence_{joint}").as_str()]));

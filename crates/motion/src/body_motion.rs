@@ -331,8 +331,7 @@ mod tests {
     #[test]
     fn collinear_single_and_double_features_have_no_poses_and_say_why() {
         let line: Vec<_> = (0..4).map(|i| Point3::new(f64::from(i) * 0.1, 0.0, 0.0)).collect();
-        for (features, word) in [(&line[..], "collinear"), (&line[..2], "2 common features"), (&line[..1], "1 common")]
-        {
+        for (features, word) in [(&line[..], "collinear"), (&line[..2], "found 2"), (&line[..1], "found 1")] {
             let body = body(features, 12, |_, _| true);
             let motion = BodyMotion::of(&body, &MotionSettings::default());
             assert!(motion.poses().iter().all(Option::is_none));

@@ -121,8 +121,8 @@ fn elevator(options: &SceneOptions) -> Stage<'_> {
 }
 
 /// Appendix G. The door of a fridge, seen obliquely, turns through the image plane towards the camera by 80°; two
-/// clusters are on it. The single camera compresses the depth changes of `door1` to 0.6 and those of `door2` to 0.97, so that `door1`
-/// runs on ellipses, and the two, though parts of one rigid door, seem to move against each other.
+/// clusters are on it. The single camera compresses the depth changes of `door1` to 0.6 and those of `door2` to 0.97:
+/// `door1` runs on ellipses, and the two, though parts of one rigid door, seem to move against each other.
 fn fridge(options: &SceneOptions) -> Stage<'_> {
     let mut stage = Stage::new(options, 100, 12, [0.0, 20.0], 1.8);
     let frames = stage.frames;
