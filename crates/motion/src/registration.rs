@@ -78,16 +78,23 @@ where
         sum + (p.coords - source_centroid) * (q.coords - target_centroid).transpose()
     });
     let mut axes = SingularVectors::of(&covariance);
+    let mut off_line = f64::INFINITY;
     if axes.values[1] < THIN_ASPECT * THIN_ASPECT * axes.values[0] {
-        let within = SingularVectors::of(&pairs.fold(Matrix3::zeros(), |sum, (p, q)| {
+        let (mut within, mut off_lines) = (Matrix3::zeros(), [0.0; 2]);
+        for (p, q) in pairs {
             let p = axes.left.tr_mul(&(p.coords - source_centroid));
             let q = axes.right.tr_mul(&(q.coords - target_centroid));
-            sum + p * q.transpose()
-        }));
+            within += p * q.transpose();
+            off_lines = [off_lines[0] + p.yz().norm_squared(), off_lines[1] + q.yz().norm_squared()];
+        }
+        // The covariance holds the product of both clouds' thickness: a thick one must not hide that the other is a
+        // line up to rounding.
+        off_line = (off_lines[0].min(off_lines[1]) / count).sqrt();
+        let within = SingularVectors::of(&within);
         axes =
             SingularVectors { left: axes.left * within.left, right: axes.right * within.right, values: within.values };
     }
-    let (length, thickness) = ((axes.values[0] / count).sqrt(), (axes.values[1] / count).sqrt());
+    let (length, thickness) = ((axes.values[0] / count).sqrt(), (axes.values[1] / count).sqrt().min(off_line));
     if thickness <= (SMALLEST_ASPECT * length).max(ROUNDING * magnitude) {
         return Err(RegistrationError::Collinear { thickness, length });
     }

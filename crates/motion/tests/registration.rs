@@ -13,10 +13,12 @@ use proptest::{prelude::*, test_runner::RngSeed};
 
 /// Rounding of a coordinate, as a share of the largest one: some dozen operations of half an ulp each lie between the
 /// true coordinates and the pose.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// The covariance squares the aspect of a cloud, and is taken a second time below an aspect of 1e-2: between, rounding
 /// of the length counts up to 100 times as much against the thickness.
 const SQUARED_ASPECT: f64 = 100.0;
+/// Thickness over length below which nothing is promised; few points of a thin box can lie so by chance.
+const THINNEST: f64 = 1e-7;
 /// A minimum found twice, in other coordinates or another order, radians and metres on bodies of 1 m: rounding over
 /// the smallest aspect of 0.05, squared.
 const SAME: f64 = 1e-11;
@@ -24,7 +26,7 @@ const SAME: f64 = 1e-11;
 type Cloud = Vec<Point3<f64>>;
 
 fn config() -> ProptestConfig {
-    ProptestConfig { cases: 256, failure_persistence: None, rng_seed: RngSeed::Fixed(20), ..ProptestConfig::default() }
+    ProptestConfig { cases: 20000, failure_persistence: None, rng_seed: RngSeed::Fixed(20), ..ProptestConfig::default() }
 }
 
 fn vector(reach: f64) -> impl Strategy<Value = Vector3<f64>> {
@@ -139,8 +141,7 @@ proptest! {
     fn poses_are_recovered_from_clouds_of_all_shapes(cloud in any_cloud(), truth in pose(1.0)) {
         let target = moved(&truth, &cloud);
         let [length, thickness, _] = extents(&cloud);
-        // Some boxes of few points are thinner than their edges say; below 1e-7 nothing is promised.
-        prop_assume!(thickness > 1e-7 * length);
+        prop_assume!(thickness > THINNEST * length);
         let (angle, distance) = difference(&registered(&cloud, &target), &truth, &cloud);
         let coordinates = magnitude(&cloud).max(magnitude(&target));
         let tolerance = ROUNDING * coordinates.max(SQUARED_ASPECT * length) / thickness;
@@ -157,10 +158,10 @@ proptest! {
         let far = Pose::from_parts(Translation3::from(away), UnitQuaternion::identity());
         let truth = far * truth * far.inverse();
         // The true motion of such coordinates is itself known to their rounding only, at the cloud.
-        let target: Cloud = cloud.iter().map(|p| truth.rotation * p + (truth * Point3::from(away)).coords).collect::<Vec<_>>();
-        let target: Cloud = target.into_iter().map(Point3::from).collect();
+        let centre = (truth * Point3::from(away)).coords;
+        let target: Cloud = cloud.iter().map(|p| truth.rotation * p + centre).collect();
         let (coordinates, [length, thickness, _]) = (magnitude(&source).max(magnitude(&target)), extents(&cloud));
-        prop_assume!(thickness > 1e-7 * length && thickness > 100.0 * ROUNDING * coordinates);
+        prop_assume!(thickness > THINNEST * length && thickness > 100.0 * ROUNDING * coordinates);
         let found = registered(&source, &target);
         let angle = (found.rotation.inverse() * truth.rotation).angle();
         let tolerance = ROUNDING * coordinates.max(SQUARED_ASPECT * length) / thickness;
@@ -185,20 +186,15 @@ proptest! {
     fn the_result_is_a_rotation_even_for_mirrored_and_unrelated_clouds(
         cloud in any_cloud(), other in boxed(Just((1.0, 1.0))), mirror in any::<bool>(),
     ) {
-        let target: Cloud = if mirror {
-            cloud.iter().map(|p| Point3::new(p.x, p.y, -p.z)).collect()
-        } else {
-            cloud.iter().zip(other.iter().cycle()).map(|(_, q)| *q).collect()
-        };
-        let Ok(found) = register(cloud.iter().zip(&target)) else {
-            // Four points cycled from another cloud may be anything, a mirrored thin cloud may not.
-            prop_assume!(!mirror || aspect(&cloud) < 1e-7);
-            return Ok(());
-        };
+        let target: Cloud = if mirror { cloud.iter().map(|p| Point3::new(p.x, p.y, -p.z)).collect() } else { other };
+        let cloud = &cloud[..cloud.len().min(target.len())];
+        let target = &target[..cloud.len()];
+        prop_assume!(aspect(cloud) > THINNEST && aspect(target) > THINNEST);
+        let found = registered(cloud, target);
         let matrix = found.rotation.to_rotation_matrix().into_inner();
         prop_assert!((matrix * matrix.transpose() - Matrix3::identity()).amax() <= ROUNDING);
         prop_assert!((matrix.determinant() - 1.0).abs() <= ROUNDING);
-        let [ours, theirs] = [found, kabsch(&cloud, &target)].map(|pose| residual(&pose, &cloud, &target));
+        let [ours, theirs] = [found, kabsch(cloud, target)].map(|pose| residual(&pose, cloud, target));
         prop_assert!(ours <= theirs + ROUNDING, "{ours:e} m against {theirs:e} m");
     }
 

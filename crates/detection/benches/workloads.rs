@@ -1,0 +1,112 @@
+//! Time on the standard workloads: W1 registration, W2 one pair, W3 all pairs.
+//!
+//! Each group holds, beside ours, what it is to be compared with in the same run: reading the same memory once, and
+//! registration by nalgebra's SVD. Results are compared before they are timed.
+//!
+//! ```sh
+//! cargo bench -p jointscope-detection --bench workloads
+//! ```
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use jointscope_detection::{Configuration, Detector};
+use jointscope_models::Catalog;
+use jointscope_motion::{Body, BodyMotion, MotionSettings, Pose, Registration, Tracks, register};
+use jointscope_scenes::workloads::{hinge, kitchen, registrations};
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+const THESIS: &str = include_str!("../../../configs/thesis.toml");
+/// Angle by which the registrations compared may differ, radians: both are exact up to rounding.
+const SAME: f64 = 1e-10;
+
+/// Registration as one would write it with nalgebra's singular value decomposition.
+fn by_svd(source: &[Point3<f64>], target: &[Point3<f64>]) -> Option<Pose> {
+    let count = source.len() as f64;
+    let p = source.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count;
+    let q = target.iter().map(|q| q.coords).sum::<Vector3<f64>>() / count;
+    let h: Matrix3<f64> = source.iter().zip(target).map(|(a, b)| (a.coords - p) * (b.coords - q).transpose()).sum();
+    let svd = h.svd(true, true);
+    let (u, v) = (svd.u?, svd.v_t?.transpose());
+    let sign = (v * u.transpose()).determinant().signum();
+    let rotation = v * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * u.transpose();
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
+    Some(Pose::from_parts(Translation3::from(q - rotation * p), rotation))
+}
+
+fn sum_of_coordinates(tracks: &Tracks) -> f64 {
+    (0..tracks.frames()).flat_map(|frame| tracks.frame(frame)).map(|p| p.x + p.y + p.z).sum()
+}
+
+fn registration(criterion: &mut Criterion) {
+    const FRAMES: usize = 20_000;
+    const FEATURES: usize = 50;
+    let workload = registrations(FRAMES, FEATURES, 1001).expect("a workload");
+    let (reference, tracks) = (&workload.reference, &workload.tracks);
+    for frame in (0..FRAMES).step_by(97) {
+        let ours = register(reference.iter().zip(tracks.frame(frame))).expect("solvable");
+        let theirs = by_svd(reference, tracks.frame(frame)).expect("solvable");
+        assert!(ours.rotation.angle_to(&theirs.rotation) < SAME, "frame {frame}");
+    }
+    let mut group = criterion.benchmark_group("W1 registration");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(FRAMES as u64));
+    let size = format!("{FRAMES} frames of {FEATURES} features");
+    group.bench_function(BenchmarkId::new("read the memory", &size), |b| {
+        b.iter(|| sum_of_coordinates(black_box(tracks)))
+    });
+    group.bench_function(BenchmarkId::new("jointscope", &size), |b| {
+        b.iter(|| {
+            (0..FRAMES)
+                .filter_map(|t| register(reference.iter().zip(tracks.frame(t))).ok())
+                .map(|pose| pose.translation.x)
+                .sum::<f64>()
+        });
+    });
+    group.bench_function(BenchmarkId::new("nalgebra SVD", &size), |b| {
+        b.iter(|| {
+            (0..FRAMES).filter_map(|t| by_svd(reference, tracks.frame(t))).map(|pose| pose.translation.x).sum::<f64>()
+        });
+    });
+    group.finish();
+
+    let labels = (0..FEATURES).map(|feature| feature.to_string()).collect();
+    let body = Body::from_points("body", labels, tracks.clone()).expect("seen");
+    let mut group = criterion.benchmark_group("W1 body");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(FRAMES as u64));
+    for registration in [Registration::Chained, Registration::First, Registration::Shape] {
+        let settings = MotionSettings { registration, ..MotionSettings::default() };
+        group.bench_function(BenchmarkId::new(format!("{registration:?}"), &size), |b| {
+            b.iter(|| BodyMotion::of(black_box(&body), &settings))
+        });
+    }
+    group.finish();
+}
+
+fn detection(criterion: &mut Criterion) {
+    let catalog = Catalog::linked().expect("unique names");
+    let detector = Detector::new(Configuration::parse(THESIS, &catalog).expect("valid"));
+    let one_pair = hinge(437, 40, 1002).expect("a workload").recording;
+    let all_pairs = kitchen(10, 1000, 40, 1003).expect("a workload").recording;
+    let mut group = criterion.benchmark_group("thesis detection");
+    group.sample_size(10);
+    for (name, recording) in
+        [("W2 one pair, 437 frames of 40 features", one_pair), ("W3 45 pairs, 1000 frames of 40 features", all_pairs)]
+    {
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            group.bench_function(BenchmarkId::new(name, format!("{threads} threads")), |b| {
+                b.iter_batched(
+                    || recording.clone(),
+                    |recording| pool.install(|| detector.detect(recording, None)),
+                    criterion::BatchSize::LargeInput,
+                );
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, registration, detection);
+criterion_main!(benches);
