@@ -13,7 +13,7 @@ use proptest::{prelude::*, test_runner::RngSeed};
 
 /// Rounding of a coordinate, as a share of the largest one: some dozen operations of half an ulp each lie between the
 /// true coordinates and the pose.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// The covariance squares the aspect of a cloud, and is taken a second time below an aspect of 1e-2: between, rounding
 /// of the length counts up to 100 times as much against the thickness.
 const SQUARED_ASPECT: f64 = 100.0;
@@ -21,12 +21,12 @@ const SQUARED_ASPECT: f64 = 100.0;
 const THINNEST: f64 = 1e-7;
 /// A minimum found twice, in other coordinates or another order, radians and metres on bodies of 1 m: rounding over
 /// the smallest aspect of 0.05, squared.
-const SAME: f64 = 1e-11;
+const SAME: f64 = 1e-12;
 
 type Cloud = Vec<Point3<f64>>;
 
 fn config() -> ProptestConfig {
-    ProptestConfig { cases: 20000, failure_persistence: None, rng_seed: RngSeed::Fixed(20), ..ProptestConfig::default() }
+    ProptestConfig { cases: 1000, failure_persistence: None, rng_seed: RngSeed::Fixed(20), ..ProptestConfig::default() }
 }
 
 fn vector(reach: f64) -> impl Strategy<Value = Vector3<f64>> {
