@@ -10,8 +10,8 @@ use nalgebra::Point3;
 
 /// Pixels per metre, and the place of the picture's corner: x to the right, z (away from the camera) upwards.
 const SCALE: f64 = 400.0;
-const LEFT: f64 = -0.62;
-const FAR: f64 = 2.22;
+const LEFT: f64 = -0.75;
+const FAR: f64 = 2.26;
 const COLOURS: [&str; 3] = ["#9a9a9a", "#c2410c", "#1d4ed8"];
 
 fn main() {
@@ -53,9 +53,14 @@ fn picture(recording: &Recording, pairs: &[PairDetection]) -> String {
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"9\" fill=\"none\" stroke=\"black\" stroke-width=\"2.5\"/>"
         );
         let _ = writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2\"/>");
-        let label =
-            format!("{} - {}: {}, {:.2}", pair.reference, pair.moving, pair.verdict.joint, pair.verdict.confidence);
-        let _ = writeln!(svg, "<text x=\"{:.1}\" y=\"{:.1}\">{label}</text>", x - 120.0, y + 190.0);
+        let lines = [
+            format!("{} - {}", pair.reference, pair.moving),
+            format!("{}, {:.2}", pair.verdict.joint, pair.verdict.confidence),
+        ];
+        for (row, line) in lines.iter().enumerate() {
+            let (x, y) = (x - 18.0, y - 4.0 + 18.0 * row as f64);
+            let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{line}</text>");
+        }
     }
     for (row, (body, colour)) in recording.bodies().iter().zip(COLOURS).enumerate() {
         let y = 26 + 22 * row;
