@@ -3,6 +3,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    process::Command,
 };
 
 use jointscope_detection::Configuration;
@@ -65,4 +66,49 @@ fn the_default_configuration_is_what_an_empty_one_means() {
     let stated = Configuration::parse(&text, &catalog).expect("valid");
     let implied = Configuration::parse("", &catalog).expect("valid");
     assert_eq!(format!("{stated:?}"), format!("{implied:?}"));
+}
+
+/// How far a number may differ from the README's, in its own unit: some last digits of the simulation hang on the
+/// system's sine and cosine.
+const PRINTED: f64 = 0.02;
+
+fn printed_by(arguments: &[&str]) -> String {
+    let program = env!("CARGO_BIN_EXE_jointscope-with-common-centre");
+    let output = Command::new(program).args(arguments).current_dir(PROJECT).output().expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+/// Whether two texts say the same, word by word, with numbers to within [`PRINTED`].
+fn say_the_same(one: &str, other: &str) -> bool {
+    let same = |(a, b): (&str, &str)| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= PRINTED,
+        _ => a == b,
+    };
+    one.split_whitespace().count() == other.split_whitespace().count()
+        && one.split_whitespace().zip(other.split_whitespace()).all(same)
+}
+
+fn table(text: &str, head: &str) -> String {
+    text.lines()
+        .skip_while(|line| !line.starts_with(head))
+        .take_while(|line| line.starts_with('|'))
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+#[test]
+fn the_readme_shows_what_its_commands_print() {
+    let readme = fs::read_to_string(Path::new(PROJECT).join("README.md")).expect("the README");
+    let shown =
+        readme.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).expect("the fridge's result");
+    let printed = printed_by(&["run", "--config", "configs/fridge.toml"]);
+    assert!(say_the_same(shown, &printed), "the fridge: the README shows\n{shown}\nbut it is\n{printed}");
+    for (command, head) in [(["reproduce", "table2"], "| theta"), (["reproduce", "experiments"], "| experiment")] {
+        let (shown, printed) = (table(&readme, head), table(&printed_by(&command), head));
+        assert!(
+            !printed.is_empty() && say_the_same(&shown, &printed),
+            "{command:?}: the README shows\n{shown}\nbut it is\n{printed}"
+        );
+    }
 }

@@ -63,7 +63,7 @@ impl<'r> BodyMotion<'r> {
         let registered = match settings.registration {
             Registration::Chained => chained(tracks),
             Registration::First => first(tracks),
-            Registration::Shape => chained(tracks).map(|poses| settle(tracks, poses, SHAPE_ROUNDS).0),
+            Registration::Shape => chained_from_the_best(tracks).map(|poses| settle(tracks, poses, SHAPE_ROUNDS).0),
         };
         let (mut poses, mut unposed, mut position) = match registered {
             Ok(poses) => {
@@ -151,10 +151,10 @@ fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Pose, Registr
     register(tracks.seen(frame).filter_map(|(feature, target)| Some((shape[feature].as_ref()?, target))))
 }
 
-/// The first frame that can be posed, and its features' positions, which define the body's coordinates.
-fn first_shape(tracks: &Tracks) -> Result<(usize, Shape), RegistrationError> {
+/// The first of `frames` that can be posed, and its features' positions, which define the body's coordinates.
+fn start(tracks: &Tracks, frames: impl Iterator<Item = usize>) -> Result<(usize, Shape), RegistrationError> {
     let mut refusal = RegistrationError::TooFewPoints { found: 0 };
-    for frame in 0..tracks.frames() {
+    for frame in frames {
         let shape: Shape = (0..tracks.features()).map(|feature| tracks.get(frame, feature).copied()).collect();
         match pose_of(tracks, frame, &shape) {
             Ok(_) => return Ok((frame, shape)),
@@ -169,28 +169,39 @@ fn first_shape(tracks: &Tracks) -> Result<(usize, Shape), RegistrationError> {
     Err(refusal)
 }
 
-/// Thesis Algorithm 3: every frame to the one before.
-///
-/// Registering to the features' latest positions, carried back into the body's coordinates, is the same least squares
-/// problem as registering to the previous frame and composing; and a feature or a whole body that was lost for some
-/// frames is taken up where it was last seen.
+/// Thesis Algorithm 3: every frame to the one before, from the first one.
 fn chained(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
-    let (start, mut latest) = first_shape(tracks)?;
+    Ok(linked(tracks, start(tracks, 0..tracks.frames())?))
+}
+
+/// As [`chained`], both ways from the frame that shows most features, so that a poor first frame does not cut it off.
+fn chained_from_the_best(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
+    let mut frames: Vec<usize> = (0..tracks.frames()).collect();
+    frames.sort_by_key(|&frame| std::cmp::Reverse(tracks.seen_count(frame)));
+    Ok(linked(tracks, start(tracks, frames.into_iter())?))
+}
+
+/// Registers frame after frame to the features' latest positions, forwards and then backwards from the start.
+///
+/// Registering to latest positions carried back into the body's coordinates is the same least squares problem as
+/// registering to the previous frame and composing; and a feature or a whole body that was lost for some frames is
+/// taken up where it was last seen.
+fn linked(tracks: &Tracks, (start, mut latest): (usize, Shape)) -> Vec<Option<Pose>> {
     let mut poses = vec![None; tracks.frames()];
     poses[start] = Some(Pose::identity());
-    for (frame, slot) in poses.iter_mut().enumerate().skip(start + 1) {
+    for frame in (start + 1..tracks.frames()).chain((0..start).rev()) {
         let Ok(pose) = pose_of(tracks, frame, &latest) else { continue };
         for (feature, position) in tracks.seen(frame) {
             latest[feature] = Some(pose.inverse_transform_point(position));
         }
-        *slot = Some(pose);
+        poses[frame] = Some(pose);
     }
-    Ok(poses)
+    poses
 }
 
 /// Every frame to the first one, by the features that the first one shows.
 fn first(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
-    let (start, shape) = first_shape(tracks)?;
+    let (start, shape) = start(tracks, 0..tracks.frames())?;
     let mut poses: Vec<_> = (0..tracks.frames()).map(|frame| pose_of(tracks, frame, &shape).ok()).collect();
     poses[..=start].fill(None);
     poses[start] = Some(Pose::identity());
@@ -223,11 +234,10 @@ fn settle(tracks: &Tracks, mut poses: Vec<Option<Pose>>, rounds: usize) -> (Vec<
     (poses, shape)
 }
 
-/// Mean of every feature's positions in the body's coordinates.
+/// Mean of every feature's positions in the body's coordinates; exact repetitions of a frame count once.
 fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
     let mut sums = vec![(0.0, Vector3::zeros()); tracks.features()];
-    for (frame, pose) in poses.iter().enumerate() {
-        let Some(pose) = pose else { continue };
+    for (frame, pose) in noise::fresh(tracks, poses) {
         for (feature, position) in tracks.seen(frame) {
             let (count, sum) = &mut sums[feature];
             *count += 1.0;
@@ -326,6 +336,23 @@ mod tests {
             assert!(error < 1e-9, "{registration:?} is off by {error:e}");
             assert!(motion.noise().position.expect("estimated") < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_poor_first_frame_does_not_cut_off_the_rest() {
+        // Frame 0 shows three features that never appear again with others; the best frame is in the middle.
+        let seen = |frame: usize, feature: usize| match frame {
+            0 => feature < 3,
+            5 => feature > 0,
+            _ => feature > 2 && !(frame + feature).is_multiple_of(5),
+        };
+        let body = body(&box_corners(), 12, seen);
+        let motion = BodyMotion::of(&body, &MotionSettings::default());
+        assert_eq!(motion.poses()[1..].iter().flatten().count(), 11);
+        let start = motion.first_posed_frame().expect("posed");
+        assert!(
+            largest_error(&motion) < 1e-9 && motion.poses()[start].is_some_and(|pose| pose.rotation.angle() < 1e-9)
+        );
     }
 
     #[test]

@@ -17,11 +17,7 @@ const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 pub(crate) fn from_residuals(tracks: &Tracks, poses: &[Option<Pose>], shape: &[Option<Point3<f64>>]) -> Option<f64> {
     let mut used = vec![false; shape.len()];
     let (mut samples, mut frames, mut sum) = (0_usize, 0_usize, 0.0);
-    for (frame, pose) in poses.iter().enumerate() {
-        let Some(pose) = pose else { continue };
-        if tracks.repeats_previous(frame) && poses[frame - 1].is_some() {
-            continue;
-        }
+    for (frame, pose) in fresh(tracks, poses) {
         frames += 1;
         for (feature, position) in tracks.seen(frame) {
             let Some(expected) = &shape[feature] else { continue };
@@ -36,6 +32,12 @@ pub(crate) fn from_residuals(tracks: &Tracks, poses: &[Option<Pose>], shape: &[O
         return Some(0.0);
     }
     (freedom > 0).then(|| (sum / freedom as f64).sqrt())
+}
+
+/// The posed frames that are observations of their own: an exact repetition of the frame before says nothing new.
+pub(crate) fn fresh<'p>(tracks: &Tracks, poses: &'p [Option<Pose>]) -> impl Iterator<Item = (usize, &'p Pose)> {
+    let repeats = |frame| tracks.repeats_previous(frame) && poses[frame - 1].is_some();
+    poses.iter().enumerate().filter_map(move |(frame, pose)| Some((frame, pose.as_ref().filter(|_| !repeats(frame))?)))
 }
 
 /// Noise of features that cannot be registered, metres: the root mean square of each one's own estimate.

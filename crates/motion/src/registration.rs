@@ -118,7 +118,9 @@ impl SingularVectors {
     /// small singular values of thin clouds.
     fn of(matrix: &Matrix3<f64>) -> Self {
         const SWEEPS: usize = 30;
-        let (mut columns, mut right) = (*matrix, Matrix3::identity());
+        // Squares of squares of coordinates are formed below; in units of the largest entry they stay finite.
+        let unit = if matrix.amax() > 0.0 { matrix.amax() } else { 1.0 };
+        let (mut columns, mut right) = (matrix / unit, Matrix3::identity());
         for _ in 0..SWEEPS {
             let mut turned = false;
             for (i, j) in [(0, 1), (0, 2), (1, 2)] {

@@ -179,29 +179,30 @@ impl<'m> RelativeMotion<'m> {
     /// # References
     /// Thesis equation (45), as printed: "the sum about the euclidean distances between all time frames".
     pub fn path_lengths(&self) -> Lengths {
-        self.lengths(path_length, |total, steps, all| total / steps.max(1.0) * all)
+        self.lengths(path_length, |total, steps, _, all| total / steps.max(1.0) * all)
     }
 
     /// Net lengths: the largest distance between any two samples of a trajectory, mean over features.
     ///
     /// Unlike a path it does not grow with noise and frames.
     pub fn net_lengths(&self) -> Lengths {
-        let features = self.trajectories.iter().filter(|t| !t.points.is_empty()).count().max(1) as f64;
-        self.lengths(extent, |total, _, _| total / features)
+        self.lengths(extent, |total, _, features, _| total / features.max(1.0))
     }
 
-    fn lengths(&self, length: impl Fn(&[Point3<f64>]) -> f64, mean: impl Fn(f64, f64, f64) -> f64) -> Lengths {
+    /// `mean` makes of the total length, the steps and the features of a body, and of all steps, its mean length.
+    fn lengths(&self, length: impl Fn(&[Point3<f64>]) -> f64, mean: impl Fn(f64, f64, f64, f64) -> f64) -> Lengths {
         /// A step that rounding explains, as a share of the coordinates' magnitude.
         const ROUNDING: f64 = 1e-13;
         let all_steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
         let of = |trajectories: &Trajectories| {
-            let (mut total, mut steps, mut magnitude) = (0.0, 0.0, 0.0_f64);
+            let (mut total, mut steps, mut features, mut magnitude) = (0.0, 0.0, 0.0, 0.0_f64);
             for trajectory in trajectories.iter().filter(|t| !t.points.is_empty()) {
                 total += length(trajectory.points);
+                features += 1.0;
                 steps += (trajectory.frames[trajectory.frames.len() - 1] - trajectory.frames[0]) as f64;
                 magnitude = trajectory.points.iter().fold(magnitude, |m, p| m.max(p.coords.amax()));
             }
-            (mean(total, steps, all_steps), magnitude)
+            (mean(total, steps, features, all_steps), magnitude)
         };
         let observed = |body: &BodyMotion<'_>| of(&as_observed(body, &self.frames));
         let (reference, moving, relative) = (observed(self.reference), observed(self.moving), of(&self.trajectories));

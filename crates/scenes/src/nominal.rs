@@ -49,7 +49,7 @@ pub(crate) fn nominal(kind: JointKind, options: &SceneOptions) -> Result<Scene, 
 pub(crate) fn turntable(options: &SceneOptions) -> Result<Scene, SceneError> {
     options.refuse("turntable", &["travel", "axis_distance", "monocular"])?;
     let outer = options.body_size.map_or(DISTANCE, |size| size / 2.0);
-    let shape = Shape::Ring { inner: 0.0, outer };
+    let shape = Shape::Ring { inner: 0.0, outer, width: 0.0 };
     let part = Part { kind: JointKind::Revolute, shape, distance: 0.0, sweep_deg: 180.0 };
     Ok(part.on_a_moving_base("turntable", options))
 }

@@ -58,12 +58,14 @@ pub enum Shape {
         /// Edges along x and y.
         size: [f64; 2],
     },
-    /// On a ring about the origin, in the xy plane.
+    /// In a ring about the z axis.
     Ring {
         /// Inner radius; 0 makes it a disc.
         inner: f64,
         /// Outer radius.
         outer: f64,
+        /// Extent along z; 0 makes it flat.
+        width: f64,
     },
 }
 

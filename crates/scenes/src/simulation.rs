@@ -107,11 +107,11 @@ impl Shape {
         match *self {
             Self::Box { size: [x, y, z] } => Point3::new(along(x), along(y), along(z)),
             Self::Plate { size: [x, y] } => Point3::new(along(x), along(y), 0.0),
-            Self::Ring { inner, outer } => {
+            Self::Ring { inner, outer, width } => {
                 // Squared radii are uniform where areas are.
                 let radius = (inner * inner + rng.random::<f64>() * (outer * outer - inner * inner)).sqrt();
                 let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
-                Point3::new(radius * cos, radius * sin, 0.0)
+                Point3::new(radius * cos, radius * sin, (rng.random::<f64>() - 0.5) * width)
             }
         }
     }

@@ -61,7 +61,7 @@ fn drawers(options: &SceneOptions) -> Stage<'_> {
     stage
 }
 
-/// Appendix C. A tricycle rolls along an S; its front wheel, of 12 cm radius, turns without slipping, by more than a
+/// Appendix C. A tricycle rolls along an S; its front wheel, of 12 cm radius and 5 cm width, turns without slipping, by more than a
 /// full turn.
 fn tricycle(options: &SceneOptions) -> Stage<'_> {
     const LENGTH: f64 = 1.0;
@@ -74,7 +74,7 @@ fn tricycle(options: &SceneOptions) -> Stage<'_> {
     let top = stage.moving("top", background, (Planar, at(-0.5, 0.0, 0.0)), path, seat, at(-0.5, 0.0, 0.45));
     let axle = at(-0.2, 0.0, RADIUS) * along(Vector3::y());
     let roll = vec![stroke(frames, LENGTH / RADIUS, 0.0, 1.0)];
-    stage.moving("wheel", top, (Revolute, axle), roll, Shape::Ring { inner: 0.03, outer: 0.11 }, axle);
+    stage.moving("wheel", top, (Revolute, axle), roll, Shape::Ring { inner: 0.03, outer: 0.11, width: 0.05 }, axle);
     stage
 }
 
