@@ -120,42 +120,41 @@ impl SingularVectors {
         const SWEEPS: usize = 30;
         // Squares of squares of coordinates are formed below; in units of the largest entry they stay finite.
         let unit = if matrix.amax() > 0.0 { matrix.amax() } else { 1.0 };
-        let (mut columns, mut right) = (matrix / unit, Matrix3::identity());
+        let columns_of = |m: Matrix3<f64>| [0, 1, 2].map(|k| m.column(k).into_owned());
+        let (mut columns, mut right) = (columns_of(matrix / unit), columns_of(Matrix3::identity()));
         for _ in 0..SWEEPS {
             let mut turned = false;
             for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-                let (a, b) = (columns.column(i).norm_squared(), columns.column(j).norm_squared());
-                let c = columns.column(i).dot(&columns.column(j));
-                if c.abs() <= f64::EPSILON * (a * b).sqrt() {
+                let (a, b) = (columns[i].norm_squared(), columns[j].norm_squared());
+                let c = columns[i].dot(&columns[j]);
+                if c * c <= f64::EPSILON * f64::EPSILON * a * b {
                     continue;
                 }
                 turned = true;
                 let zeta = (b - a) / (2.0 * c);
-                let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-                let cosine = tangent.hypot(1.0).recip();
+                let tangent = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
+                let cosine = (1.0 + tangent * tangent).sqrt().recip();
                 for m in [&mut columns, &mut right] {
-                    let (x, y) = (m.column(i).into_owned(), m.column(j).into_owned());
-                    m.set_column(i, &((x - y * tangent) * cosine));
-                    m.set_column(j, &((y + x * tangent) * cosine));
+                    (m[i], m[j]) = ((m[i] - m[j] * tangent) * cosine, (m[j] + m[i] * tangent) * cosine);
                 }
             }
             if !turned {
                 break;
             }
         }
-        let norms = [0, 1, 2].map(|k| columns.column(k).norm());
+        let norms = columns.map(|column| column.norm());
         let mut order = [0, 1, 2];
         order.sort_by(|&i, &j| norms[j].total_cmp(&norms[i]));
-        let column = |m: &Matrix3<f64>, k: usize| m.column(order[k]).into_owned();
-        let right_handed = |m: &Matrix3<f64>| {
+        let right_handed = |m: &[Vector3<f64>; 3]| {
             // Columns vanish when points coincide or lie exactly on a line; any perpendicular direction will do then.
-            let first = column(m, 0).try_normalize(0.0).unwrap_or_else(Vector3::x);
-            let second = column(m, 1).try_normalize(0.0).unwrap_or_default();
+            let first = m[order[0]].try_normalize(0.0).unwrap_or_else(Vector3::x);
+            let second = m[order[1]].try_normalize(0.0).unwrap_or_default();
             let beside = (second - first * first.dot(&second)).try_normalize(0.5);
             let second = beside.unwrap_or_else(|| first.cross(&Vector3::ith(first.iamin(), 1.0)).normalize());
             Matrix3::from_columns(&[first, second, first.cross(&second)])
         };
-        Self { left: right_handed(&columns), right: right_handed(&right), values: [norms[order[0]], norms[order[1]]] }
+        let values = [norms[order[0]] * unit, norms[order[1]] * unit];
+        Self { left: right_handed(&columns), right: right_handed(&right), values }
     }
 }
 
