@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use jointscope_detection::PairDetection;
 use jointscope_recordings::{ReadOptions, read};
 
 use crate::{THESIS, detector};
@@ -88,45 +89,56 @@ fn files(root: &Path, folder: &Folder) -> Vec<RealRecording> {
     files.into_iter().map(known).collect()
 }
 
+/// What came out of one recording.
+struct Outcome {
+    recording: RealRecording,
+    pair: PairDetection,
+}
+
+impl Outcome {
+    /// Whether the verdict is right, where the truth is known.
+    fn is_right(&self) -> Option<bool> {
+        self.recording.truth.map(|truth| truth == self.pair.verdict.joint)
+    }
+
+    /// The row of the page's table.
+    fn row(&self) -> String {
+        let Self { recording, pair } = self;
+        let confidences = pair.verdict.confidences.iter().map(|(_, confidence)| format!("{confidence:.3}"));
+        let fit = pair.models.get(&pair.verdict.joint).and_then(|fit| fit.as_ref().ok());
+        format!(
+            "| {} | {} | {} | {}{} | {} | {} | {} |\n",
+            recording.name,
+            pair.frames_used,
+            recording.truth.unwrap_or("unknown"),
+            pair.verdict.joint,
+            if pair.determined { "" } else { " ?" },
+            self.is_right().map_or("", |right| if right { "right" } else { "**wrong**" }),
+            confidences.collect::<Vec<_>>().join(" / "),
+            fit.and_then(|fit| fit.residual_rms).map_or("-".into(), |rms| format!("{:.1}", 1000.0 * rms)),
+        )
+    }
+}
+
 /// The page `docs/real-recordings.md`: file by file, the verdict beside the truth.
 ///
 /// # Panics
 /// If a recording cannot be read or analysed.
 pub fn page(root: &Path) -> String {
     let detector = detector(THESIS);
-    let mut rows = String::new();
-    let (mut known, mut right, mut sure, mut wrong_and_sure) = (0, 0, 0, 0);
-    for folder in &FOLDERS {
-        for recording in files(root, folder) {
-            let read = read(&recording.path, &ReadOptions::default()).expect("a sound recording");
-            let frames = read.frames();
-            let detection = detector.detect(read, None).expect("a body against the world");
-            let pair = &detection.pairs[0];
-            let verdict = &pair.verdict;
-            let is_right = recording.truth.map(|truth| truth == verdict.joint);
-            known += usize::from(is_right.is_some());
-            right += usize::from(is_right == Some(true));
-            sure += usize::from(pair.determined && is_right.is_some());
-            wrong_and_sure += usize::from(pair.determined && is_right == Some(false));
-            let residual = pair.models.get(&verdict.joint).and_then(|fit| fit.as_ref().ok()?.residual_rms);
-            let confidences = verdict.confidences.iter().map(|(_, confidence)| format!("{confidence:.3}"));
-            rows += &format!(
-                "| {} | {frames} | {} | {}{} | {} | {} | {} |\n",
-                recording.name,
-                recording.truth.unwrap_or("unknown"),
-                verdict.joint,
-                if pair.determined { "" } else { " ?" },
-                match is_right {
-                    Some(true) => "right",
-                    Some(false) => "**wrong**",
-                    None => "",
-                },
-                confidences.collect::<Vec<_>>().join(" / "),
-                residual.map_or("-".into(), |rms| format!("{:.1}", 1000.0 * rms)),
-            );
-        }
-    }
-    let remarks = FOLDERS.iter().map(|folder| format!("* `{}`: {}.\n", folder.name, folder.remark));
+    let analyse = |recording: RealRecording| {
+        let read = read(&recording.path, &ReadOptions::default()).expect("a sound recording");
+        let mut detection = detector.detect(read, None).expect("a body against the world");
+        Outcome { recording, pair: detection.pairs.remove(0) }
+    };
+    let outcomes: Vec<Outcome> = recordings(root).into_iter().map(analyse).collect();
+    let count = |condition: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|outcome| condition(outcome)).count();
+    let known = count(&|outcome| outcome.is_right().is_some());
+    let right = count(&|outcome| outcome.is_right() == Some(true));
+    let sure = count(&|outcome| outcome.is_right().is_some() && outcome.pair.determined);
+    let sure_and_wrong = count(&|outcome| outcome.is_right() == Some(false) && outcome.pair.determined);
+    let rows: String = outcomes.iter().map(Outcome::row).collect();
+    let remarks: String = FOLDERS.iter().map(|folder| format!("* `{}`: {}.\n", folder.name, folder.remark)).collect();
     format!(
         "# Real recordings\n\n\
          Recordings that others made of real doors and drawers, each of one body against the world, analysed with the\n\
@@ -136,12 +148,11 @@ pub fn page(root: &Path) -> String {
          cargo run --release -p jointscope-tests --bin real-recordings > docs/real-recordings.md\n\
          ```\n\n\
          **{right} of {known}** recordings with known joint come out right; of the {sure} that are called determined,\n\
-         {wrong_and_sure} are wrong. A `?` marks verdicts that are not determined. Confidences: rigid / prismatic / revolute /\n\
+         {sure_and_wrong} are wrong. A `?` marks verdicts that are not determined. Confidences: rigid / prismatic / revolute /\n\
          disconnected. Residual: root mean square, mm, from the joint of the verdict.\n\n\
          | recording | frames | truth | verdict | | confidences | residual |\n\
          |---|---|---|---|---|---|---|\n\
          {rows}\n\
-         About the recordings\n\n{}",
-        remarks.collect::<String>()
+         About the recordings\n\n{remarks}"
     )
 }
