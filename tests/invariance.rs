@@ -35,7 +35,7 @@ static BY_SHAPE: LazyLock<Detector> = LazyLock::new(|| {
 });
 
 fn config() -> ProptestConfig {
-    ProptestConfig { cases: 64, failure_persistence: None, rng_seed: RngSeed::Fixed(44), ..ProptestConfig::default() }
+    ProptestConfig { cases: 5000, failure_persistence: None, rng_seed: RngSeed::Fixed(44), ..ProptestConfig::default() }
 }
 
 fn kind() -> impl Strategy<Value = &'static str> {
@@ -78,9 +78,8 @@ fn recording() -> impl Strategy<Value = Recording> {
 
 fn world() -> impl Strategy<Value = Pose> {
     let triple = |reach: f64| prop::array::uniform3(-reach..reach).prop_map(Vector3::from);
-    (triple(5.0), triple(1.8)).prop_map(|(place, turn)| {
-        Pose::from_parts(Translation3::from(place), UnitQuaternion::from_scaled_axis(turn))
-    })
+    (triple(5.0), triple(1.8))
+        .prop_map(|(place, turn)| Pose::from_parts(Translation3::from(place), UnitQuaternion::from_scaled_axis(turn)))
 }
 
 /// The same recording with other frames, features or places.
@@ -241,15 +240,14 @@ proptest! {
     }
 
     #[test]
-    fn time_may_run_backwards_before_a_reference_that_rests(
-        kind in kind(), options in options(), dropout_everywhere in any::<bool>(),
-    ) {
+    fn time_may_run_backwards_before_a_reference_that_rests(kind in kind(), options in options()) {
         let mut scene = scene(kind, &SceneOptions { still_base: true, ..options.clone() }).expect("a scene");
         scene.bodies[0].noise_factor = 0.0;
-        if !dropout_everywhere {
-            scene.sensor.dropout = 0.0;
-        }
-        let recording = scene.simulate(options.seed).expect("a recording").recording;
+        let (frames, times, mut bodies) = scene.simulate(options.seed).expect("a recording").recording.into_parts();
+        // A chain that sees the reference with gaps may lose other frames in the other direction.
+        scene.sensor.dropout = 0.0;
+        bodies[0] = scene.simulate(options.seed).expect("a recording").recording.bodies()[0].clone();
+        let recording = Recording::new(frames, times, bodies).expect("the same frames");
         let (before, after) = (detected(&recording), detected(&backwards(&recording)));
         for model in ["rigid", "revolute"] {
             let (a, b) = (says(&before, 0, model), says(&after, 0, model));

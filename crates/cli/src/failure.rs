@@ -1,9 +1,15 @@
 //! What went wrong, for a person to read, and the exit code for a program.
 
-use std::{fmt, io, path::Path, process::ExitCode};
+use std::{
+    fmt,
+    io::{self, ErrorKind, IsTerminal, Write},
+    path::Path,
+    process::ExitCode,
+};
 
 use jointscope_detection::SettingsError;
-use miette::{Diagnostic, LabeledSpan, NamedSource, Report, miette};
+use jointscope_report::printable;
+use miette::{Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, miette};
 
 /// A failure, by whose fault it is.
 #[derive(Debug)]
@@ -18,41 +24,79 @@ pub(crate) enum Failure {
 
 impl Failure {
     pub(crate) fn data(error: impl fmt::Display) -> Self {
-        Self::Data(miette!("{error}"))
+        Self::Data(report(error, None))
+    }
+
+    pub(crate) fn data_with_help(error: impl fmt::Display, help: &str) -> Self {
+        Self::Data(report(error, Some(help)))
     }
 
     pub(crate) fn usage(error: impl fmt::Display) -> Self {
-        Self::Usage(miette!("{error}"))
+        Self::Usage(report(error, None))
     }
 
-    pub(crate) fn usage_with_help(error: impl fmt::Display, help: impl fmt::Display) -> Self {
-        Self::Usage(miette!(help = help.to_string(), "{error}"))
+    pub(crate) fn usage_with_help(error: impl fmt::Display, help: &str) -> Self {
+        Self::Usage(report(error, Some(help)))
     }
 
     /// A configuration error, shown in the user's text.
-    pub(crate) fn configuration(path: &Path, text: &str, error: SettingsError) -> Self {
-        let source = NamedSource::new(path.display().to_string(), text.to_owned());
+    pub(crate) fn configuration(path: &Path, text: &str, mut error: SettingsError) -> Self {
+        let source = NamedSource::new(printable(&path.display().to_string()), text.to_owned());
+        error.message = in_lines(&error.message);
+        error.help = error.help.as_deref().map(in_lines);
         Self::Usage(Report::new(InConfiguration { source, error }))
     }
 
-    /// A file that could not be written.
+    /// A file or folder that could not be written.
     pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
-        Self::data(format!("{}: cannot be written: {error}", path.display()))
+        let advice = match error.kind() {
+            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
+                "a file is where a folder is needed: name another folder"
+            }
+            ErrorKind::IsADirectory => "a folder has this name: name a file",
+            ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "check the permissions of the folder",
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "make room on the disk",
+            _ => "check the path and the disk it is on",
+        };
+        // What follows is the name of a temporary file, of which the user knows nothing.
+        let cause = error.to_string();
+        let cause = cause.split(" at path ").next().unwrap_or(&cause);
+        Self::data(format!("{}: cannot be written: {cause}; {advice}", path.display()))
     }
 
+    /// Tells the user, and gives the exit code.
     pub(crate) fn report(self) -> ExitCode {
-        match self {
-            Self::Data(report) => {
-                eprintln!("{report:?}");
-                ExitCode::from(1)
-            }
-            Self::Usage(report) => {
-                eprintln!("{report:?}");
-                ExitCode::from(2)
-            }
-            Self::Unread => ExitCode::SUCCESS,
-        }
+        let (report, code) = match self {
+            Self::Data(report) => (report, 1),
+            Self::Usage(report) => (report, 2),
+            Self::Unread => return ExitCode::SUCCESS,
+        };
+        // Where nobody reads the errors either, the exit code says it.
+        let _ = writeln!(io::stderr(), "{report:?}");
+        ExitCode::from(code)
     }
+}
+
+/// Sets how errors are shown: wrapped only where there is a terminal, so that programs find whole lines.
+pub(crate) fn set_style() {
+    let terminal = io::stderr().is_terminal();
+    // Fails if somebody else, such as a program with this one inside, has set a style before; that one is kept.
+    let _ = miette::set_hook(Box::new(move |_| {
+        Box::new(MietteHandlerOpts::new().wrap_lines(terminal).break_words(false).build())
+    }));
+}
+
+fn report(error: impl fmt::Display, help: Option<&str>) -> Report {
+    let message = in_lines(&error.to_string());
+    match help {
+        Some(help) => miette!(help = in_lines(help), "{message}"),
+        None => miette!("{message}"),
+    }
+}
+
+/// A text that may quote names from files, as a terminal can show it; line breaks stay.
+fn in_lines(text: &str) -> String {
+    text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
 }
 
 /// A configuration error with the text it is in.

@@ -12,6 +12,7 @@
 mod command;
 mod failure;
 mod output;
+mod place;
 
 use std::process::ExitCode;
 
@@ -39,6 +40,7 @@ enum Command {
 ///
 /// Exit codes: 0 done; 1 the data could not be read or processed; 2 wrong usage or configuration.
 pub fn main() -> ExitCode {
+    failure::set_style();
     let done = match Arguments::parse().command {
         Command::Run(arguments) => command::run::run(&arguments),
         Command::Models(arguments) => command::models::run(&arguments),

@@ -18,16 +18,27 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a file by way of a temporary one beside it, so that it is never half-written.
-pub(crate) fn write_file(path: &Path, content: &[u8]) -> Result<(), Failure> {
+/// Writes files by way of temporary ones beside them, so that none is ever half-written.
+pub(crate) fn write_files(files: &[(&Path, &[u8])]) -> Result<(), Failure> {
+    let written = files.iter().map(|(path, content)| {
+        let file = temporary(path, content).map_err(|error| Failure::unwritten(path, &error))?;
+        Ok((path, file))
+    });
+    // All before the first gets its name: if one cannot be written, none is.
+    for (path, file) in written.collect::<Result<Vec<_>, _>>()? {
+        file.persist(path).map_err(|error| Failure::unwritten(path, &error.error))?;
+    }
+    Ok(())
+}
+
+fn temporary(path: &Path, content: &[u8]) -> io::Result<tempfile::NamedTempFile> {
+    if path.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let write = || -> io::Result<()> {
-        let mut file = tempfile::Builder::new().permissions(readable()).tempfile_in(folder)?;
-        file.write_all(content)?;
-        file.persist(path).map_err(|error| error.error)?;
-        Ok(())
-    };
-    write().map_err(|error| Failure::unwritten(path, &error))
+    let mut file = tempfile::Builder::new().permissions(readable()).tempfile_in(folder)?;
+    file.write_all(content)?;
+    Ok(file)
 }
 
 /// Makes a folder for results, with all above it.

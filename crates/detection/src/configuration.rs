@@ -1,6 +1,6 @@
 //! The whole configuration, from one TOML text.
 
-use std::path::PathBuf;
+use std::{ops::Range, path::PathBuf};
 
 use jointscope_models::{
     Catalog, JointModel,
@@ -61,7 +61,7 @@ pub struct RecordingSettings {
     /// Format of the file, if its extension does not tell.
     #[schemars(with = "Option<String>")]
     pub format: Option<Spanned<String>>,
-    /// Unit of the lengths in the file: "m", "cm" or "mm"; results are always in metres.
+    /// Unit of the lengths in the file: "m", "cm", "mm" or "in"; results are always in metres.
     #[schemars(with = "Option<String>")]
     pub unit: Option<Spanned<String>>,
     /// Adds a body at rest of this name, as the first one.
@@ -74,10 +74,10 @@ pub struct RecordingSettings {
     /// Seed of the scene's noise.
     pub seed: Option<u64>,
     /// Noise of the scene, metres per coordinate.
-    #[schemars(range(min = 0.0))]
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub noise: Option<f64>,
     /// Frames of the scene.
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 2, max = 1_000_000))]
     pub frames: Option<usize>,
 }
 
@@ -92,12 +92,11 @@ impl Configuration {
         if let Some((key, _)) = root.iter().find(|(key, _)| !TABLES.contains(&key.as_ref().as_ref())) {
             return Err(settings::unknown("table", key.as_ref(), key.span(), &TABLES));
         }
+        let spans = key_spans(root.get("recording"));
+        root.get("recording").map_or(Ok(()), check_pairs)?;
         let mut recording: RecordingSettings = table(&mut root, "recording")?;
+        check_recording(&recording, &spans)?;
         let motion = table(&mut root, "motion")?;
-        if let (Some(scene), Some(_)) = (&recording.scene, &recording.path) {
-            let both = SettingsError::at(scene.span(), "a recording is either a `path` or a `scene`, not both");
-            return Err(both.help("take one of them out"));
-        }
         if recording.pairs.as_ref().is_some_and(Vec::is_empty) {
             recording.pairs = None;
         }
@@ -112,19 +111,66 @@ impl Configuration {
         let names: Vec<&str> = models.iter().map(|model| model.name.as_str()).collect();
         let rule = Rule::new(&scoring, &names).map_err(|error| {
             let at = spans.iter().find(|(key, _)| key == error.key).or(spans.first());
-            let span = at.map_or(0..text.len().min(1), |(_, span)| span.clone());
+            let span = at.map_or(beginning(text), |(_, span)| span.clone());
             SettingsError::at(span, error.message).help(error.help)
         })?;
         Ok(Self { recording, motion, models, rule })
     }
 }
 
+/// Refuses pairs of less or more than two names.
+fn check_pairs(recording: &Value<'_>) -> Result<(), SettingsError> {
+    let pairs = recording.as_ref().as_table().and_then(|table| table.get("pairs")?.as_ref().as_array());
+    let mut sizes = pairs.into_iter().flatten().filter_map(|pair| Some((pair, pair.as_ref().as_array()?.len())));
+    match sizes.find(|(_, names)| *names != 2) {
+        Some((pair, names)) => {
+            let message = format!("`pairs`: a pair has two names, found {names}");
+            Err(SettingsError::at(pair.span(), message).help("write [\"REFERENCE\", \"MOVING\"]"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Refuses settings that contradict each other, rather than ignoring some.
+fn check_recording(settings: &RecordingSettings, spans: &[(String, Range<usize>)]) -> Result<(), SettingsError> {
+    let at = |key: &str, message: String| {
+        let place = spans.iter().find(|(name, _)| name == key).map_or(0..0, |(_, span)| span.clone());
+        SettingsError::at(place, message)
+    };
+    let idle = |keys: &[&'static str]| keys.iter().copied().find(|key| spans.iter().any(|(name, _)| name == key));
+    match (&settings.path, &settings.scene) {
+        (Some(_), Some(_)) => {
+            let both = at("scene", "a recording is either a `path` or a `scene`, not both".into());
+            return Err(both.help("take one of them out"));
+        }
+        (Some(_), None) => {
+            if let Some(key) = idle(&["seed", "noise", "frames"]) {
+                let error = at(key, format!("`{key}` is for a `scene`, but the recording is a file"));
+                return Err(error.help(format!("take `{key}` out, or name a `scene` instead of `path`")));
+            }
+        }
+        (None, Some(_)) => {
+            if let Some(key) = idle(&["format", "unit"]) {
+                let error = at(key, format!("`{key}` is for a file, but the recording is a scene"));
+                return Err(error.help(format!("take `{key}` out, or name a `path` instead of `scene`")));
+            }
+        }
+        (None, None) => {}
+    }
+    if settings.world.as_ref().is_some_and(|name| name.trim().is_empty()) {
+        return Err(at("world", "the world needs a name, found none".into()).help("for example: world = \"world\""));
+    }
+    Ok(())
+}
+
+/// The first letter of a text, where no better place is known.
+fn beginning(text: &str) -> Range<usize> {
+    0..text.chars().next().map_or(0, char::len_utf8)
+}
+
 fn parse_table(text: &str) -> Result<DeTable<'_>, SettingsError> {
     let parsed = DeTable::parse(text).map_err(|error| {
-        SettingsError::at(
-            error.span().unwrap_or(0..text.len().min(1)),
-            format!("this is not TOML: {}", error.message()),
-        )
+        SettingsError::at(error.span().unwrap_or(beginning(text)), format!("this is not TOML: {}", error.message()))
     })?;
     Ok(parsed.into_inner())
 }
@@ -138,7 +184,7 @@ fn table<T: serde::de::DeserializeOwned + JsonSchema + Default>(
 }
 
 /// Where the keys of a table are, the table itself first.
-fn key_spans(value: Option<&Value<'_>>) -> Vec<(String, std::ops::Range<usize>)> {
+fn key_spans(value: Option<&Value<'_>>) -> Vec<(String, Range<usize>)> {
     let Some(value) = value else { return Vec::new() };
     let keys = value.as_ref().as_table().into_iter().flatten();
     let keys = keys.map(|(key, value)| (key.as_ref().to_string(), value.span()));
@@ -150,6 +196,10 @@ fn named_models(models: Value<'_>, catalog: &Catalog) -> Result<Vec<NamedModel>,
     let DeValue::Table(models) = models.into_inner() else {
         return Err(SettingsError::at(span, "`models` must be tables, one per model").help("write [models.NAME]"));
     };
+    if models.is_empty() {
+        let help = "add [models.NAME], or leave [models] out for the default models";
+        return Err(SettingsError::at(span, "`models` has no model").help(help));
+    }
     models.into_iter().map(|(name, settings)| named_model(name, settings, catalog)).collect()
 }
 
@@ -235,7 +285,12 @@ mod tests {
             ("[motion]\npose_radius = nan", "`pose_radius`: NaN is out of range", "nan"),
             ("[motion]\nnoise = -0.1", "`noise`: -0.1 is out of range", "-0.1"),
             ("[motion]\nnoise = 'estimat'", "`noise`: unknown value `estimat`", "'estimat'"),
-            ("[recording]\npairs = [['a']]", "`pairs[0]`: invalid length 1, expected an array of length 2", "['a']"),
+            ("[recording]\npairs = [['a']]", "`pairs`: a pair has two names, found 1", "['a']"),
+            (
+                "[recording]\npairs = [['a', 'b'], ['a', 'b', 'c']]",
+                "`pairs`: a pair has two names, found 3",
+                "['a', 'b', 'c']",
+            ),
             ("[recording]\nseed = 1.5", "`seed`: expected a whole number, found the number 1.5", "1.5"),
             ("[models]\nrigid = 1", "the model `rigid` must be a table of its settings", "1"),
             ("[models.p]\nkind = 'thesis-prismatic'\nsections = 0", "`sections`: 0 is out of range", "0"),
@@ -246,6 +301,11 @@ mod tests {
             ),
             ("[scoring]\nrule = 'likelihod'", "`rule`: unknown value `likelihod`", "'likelihod'"),
             ("[recording]\npath = 'a'\nscene = 'b'", "a recording is either a `path` or a `scene`, not both", "'b'"),
+            ("[recording]\npath = 'a'\nseed = 7", "`seed` is for a `scene`, but the recording is a file", "7"),
+            ("[recording]\nscene = 'a'\nunit = 'm'", "`unit` is for a file, but the recording is a scene", "'m'"),
+            ("[recording]\nframes = 1", "`frames`: 1 is out of range", "1"),
+            ("[recording]\nworld = ' '", "the world needs a name, found none", "' '"),
+            ("[models]", "`models` has no model", "[models]"),
         ] {
             let (found, _, place) = refused(text);
             assert_eq!((found.as_str(), place), (message, at), "{text}");

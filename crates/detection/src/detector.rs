@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::{Axis, Confidence, Joint};
-use jointscope_motion::{BodyMotion, Recording, RelativeMotion, RelativeMotionError};
+use jointscope_motion::{Body, BodyMotion, MotionError, Recording, RelativeMotion, RelativeMotionError};
 use jointscope_scoring::{Findings, Verdict};
 use rayon::prelude::*;
 
@@ -51,15 +51,12 @@ impl Detector {
         pairs: Option<&[[String; 2]]>,
         watch: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Detection, DetectionError> {
+        let pairs = chosen(&recording, pairs)?;
         let recording = match recording.bodies() {
             [_] => recording.with_world(WORLD).map_err(DetectionError::World)?,
             _ => recording,
         };
         let bodies = recording.bodies();
-        let pairs = match pairs {
-            Some(pairs) => pairs.iter().map(|pair| find_pair(&recording, pair)).collect::<Result<Vec<_>, _>>()?,
-            None => (0..bodies.len()).flat_map(|i| (i + 1..bodies.len()).map(move |j| (i, j))).collect(),
-        };
         let settings = &self.configuration.motion;
         let motions: Vec<BodyMotion<'_>> = bodies.par_iter().map(|body| BodyMotion::of(body, settings)).collect();
         let done = AtomicUsize::new(0);
@@ -76,23 +73,38 @@ impl Detector {
         })
     }
 
+    /// Refuses what detection would refuse, without the work.
+    ///
+    /// # Errors
+    /// As [`Detector::detect`].
+    pub fn check(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<(), DetectionError> {
+        chosen(recording, pairs).map(drop)
+    }
+
     /// Judges one pair.
     fn judge(&self, reference: &BodyMotion<'_>, moving: &BodyMotion<'_>) -> PairDetection {
         let mut notes: Vec<String> = [reference, moving]
             .iter()
             .filter_map(|body| Some(format!("{}: {}; only its positions count", body.name(), body.unposed()?)))
             .collect();
+        let (rest, resting);
         let seen = match RelativeMotion::between(reference, moving) {
             Err(RelativeMotionError::Unposed { .. }) if moving.unposed().is_none() => {
                 notes.push(format!("the motion was analysed as seen from `{}`", moving.name()));
                 RelativeMotion::between(moving, reference).map(|motion| (motion, true))
+            }
+            // What never moves needs no orientation.
+            Err(RelativeMotionError::Unposed { .. }) if reference.tracks().rest() && moving.tracks().rest() => {
+                rest = Body::at_rest(reference.name(), reference.tracks().frames());
+                resting = BodyMotion::of(&rest, &self.configuration.motion);
+                RelativeMotion::between(&resting, moving).map(|motion| (motion, false))
             }
             seen => seen.map(|motion| (motion, false)),
         };
         let mut pair = PairDetection {
             reference: reference.name().into(),
             moving: moving.name().into(),
-            verdict: self.configuration.rule.apply(&Findings::new()),
+            verdict: self.configuration.rule.ignorance(),
             determined: false,
             axis: None,
             axis_in_moving: None,
@@ -105,6 +117,11 @@ impl Detector {
         };
         match seen {
             Ok((motion, swapped)) => self.fit(&mut pair, &motion, swapped),
+            Err(RelativeMotionError::Unposed { .. }) => pair.notes.push(
+                "the orientation of neither body is observed: nothing is known about their joint; \
+                 track three features that are not on one line on one of them"
+                    .into(),
+            ),
             Err(error) => pair.notes.push(format!("{error}: nothing is known about their joint")),
         }
         pair
@@ -115,8 +132,11 @@ impl Detector {
         let fits = self.configuration.models.iter().map(|named| (named.name.clone(), named.model.fit(motion)));
         pair.models = fits.collect();
         let confidence = |finding: &ModelFinding| finding.as_ref().map_or(Confidence::ZERO, |fit| fit.confidence);
-        let findings = pair.models.iter().map(|(name, finding)| (name.clone(), confidence(finding))).collect();
-        let verdict = self.configuration.rule.apply(&findings);
+        let findings: Findings =
+            pair.models.iter().map(|(name, finding)| (name.clone(), confidence(finding))).collect();
+        let rule = &self.configuration.rule;
+        let judged = pair.models.values().any(Result::is_ok);
+        let verdict = if judged { rule.apply(&findings) } else { rule.ignorance() };
         for (name, finding) in &pair.models {
             match finding {
                 Ok(fit) => pair.notes.extend(fit.notes.iter().map(|note| format!("{name}: {note}"))),
@@ -148,12 +168,13 @@ fn opposite(axis: Axis) -> Axis {
 fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Vec<String> {
     let mut doubts = verdict.doubts.clone();
     let lengths = motion.path_lengths();
-    if lengths.reference == 0.0 && lengths.moving == 0.0 {
+    let frames = motion.frames().len();
+    if frames > 1 && lengths.reference == 0.0 && lengths.moving == 0.0 {
         doubts.push("neither body moves: every joint at rest looks rigid; record them moving".into());
     }
-    let frames = motion.frames().len();
     if frames < FEW_FRAMES {
-        doubts.push(format!("{frames} frames show both bodies, at least {FEW_FRAMES} are needed; record more"));
+        let show = if frames == 1 { "frame shows" } else { "frames show" };
+        doubts.push(format!("{frames} {show} both bodies, at least {FEW_FRAMES} are needed; record more"));
     }
     if models.values().all(Result::is_err) {
         doubts.push("no model could judge this motion".into());
@@ -161,11 +182,26 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
     doubts
 }
 
-fn find_pair(recording: &Recording, [reference, moving]: &[String; 2]) -> Result<Pair, DetectionError> {
+/// The pairs asked for, or all; the world, where there will be one, counts as the first body.
+fn chosen(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<Vec<Pair>, DetectionError> {
+    let mut names: Vec<&str> = recording.bodies().iter().map(Body::name).collect();
+    if let [only] = names[..] {
+        if only == WORLD {
+            return Err(DetectionError::World(MotionError::DuplicateName { body: only.into() }));
+        }
+        names.insert(0, WORLD);
+    }
+    match pairs {
+        Some(pairs) => pairs.iter().map(|pair| find_pair(&names, pair)).collect(),
+        None => Ok((0..names.len()).flat_map(|i| (i + 1..names.len()).map(move |j| (i, j))).collect()),
+    }
+}
+
+fn find_pair(names: &[&str], [reference, moving]: &[String; 2]) -> Result<Pair, DetectionError> {
     let find = |name: &String| {
-        recording.bodies().iter().position(|body| body.name() == name).ok_or_else(|| DetectionError::UnknownBody {
+        names.iter().position(|other| other == name).ok_or_else(|| DetectionError::UnknownBody {
             name: name.clone(),
-            known: recording.bodies().iter().map(|body| body.name().to_owned()).collect(),
+            known: names.iter().map(ToString::to_string).collect(),
         })
     };
     if reference == moving {

@@ -22,7 +22,7 @@ pub enum DetectionError {
     },
     /// The world cannot be added.
     #[error(
-        "the recording has one body, which would be analysed against the world: {0}; name the world by `world` under [recording]"
+        "a recording of one body is analysed against the world, but {0}; give the world another name by `world` under [recording]"
     )]
     World(MotionError),
 }

@@ -46,6 +46,7 @@
 
 mod catalog;
 mod confidence;
+pub mod conformance;
 mod fit;
 mod plugin;
 pub mod settings;

@@ -92,17 +92,11 @@ pub fn describe(schema: &schemars::Schema, defaults: &toml::Table) -> Vec<Settin
     let Some(properties) = root.get("properties").and_then(Json::as_object) else { return Vec::new() };
     let describe = |(key, property): (&String, &Json)| {
         let resolved = resolve(property, root);
-        let words = words(resolved);
-        let allowed = if words.is_empty() {
-            range(resolved)
-        } else {
-            words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
-        };
         let description = property.get("description").or_else(|| resolved.get("description"));
         Setting {
             key: key.clone(),
             default: defaults.get(key).map_or_else(|| "none".into(), ToString::to_string),
-            allowed,
+            allowed: allowed(resolved),
             description: description.and_then(Json::as_str).unwrap_or_default().replace('\n', " "),
         }
     };
@@ -123,6 +117,16 @@ fn words(schema: &Json) -> Vec<&str> {
     let described = described
         .flat_map(|s| s.get("const").into_iter().chain(s.get("enum").and_then(Json::as_array).into_iter().flatten()));
     listed.chain(described).filter_map(Json::as_str).collect()
+}
+
+/// What a schema allows, for people.
+fn allowed(schema: &Json) -> String {
+    let words = words(schema);
+    if words.is_empty() {
+        range(schema)
+    } else {
+        words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
+    }
 }
 
 fn range(schema: &Json) -> String {
@@ -180,7 +184,8 @@ fn check(value: &Value<'_>, schema: &Json, root: &Json, key: &str) -> Result<(),
     }
     if !fits_type(value.as_ref(), schema) {
         let expected = types(schema).into_iter().map(type_words).collect::<Vec<_>>().join(" or ");
-        return Err(fail(format!("expected {expected}, found {}", found(value.as_ref()))));
+        return Err(fail(format!("expected {expected}, found {}", found(value.as_ref())))
+            .help(format!("allowed: {}", allowed(schema))));
     }
     match value.as_ref() {
         DeValue::String(word) => {
@@ -244,9 +249,18 @@ fn fits_type(value: &DeValue<'_>, schema: &Json) -> bool {
 fn found(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => format!("the text \"{text}\""),
-        DeValue::Integer(_) | DeValue::Float(_) => format!("the number {}", number(value)),
+        DeValue::Integer(_) | DeValue::Float(_) => format!("the number {}", written(value)),
         DeValue::Boolean(value) => format!("{value}"),
         other => format!("a{} {}", if other.type_str().starts_with('a') { "n" } else { "" }, other.type_str()),
+    }
+}
+
+/// A number as it is written.
+fn written<'v>(value: &'v DeValue<'_>) -> &'v str {
+    match value {
+        DeValue::Integer(n) => n.as_str(),
+        DeValue::Float(x) => x.as_str(),
+        _ => "",
     }
 }
 

@@ -271,7 +271,10 @@ fn vague_turn(shape: &Shape, sigma: Option<f64>) -> Option<String> {
     let off_line = (values[0].max(0.0) + values[1].max(0.0)).sqrt();
     let turn = sigma? / off_line;
     (turn > VAGUE_TURN).then(|| {
-        format!("the features are collinear up to their noise, which leaves the turn about their line uncertain by {turn:.1} rad")
+        format!(
+            "the features are collinear up to their noise: the turn about their line is uncertain by {:.0} degrees",
+            turn.to_degrees()
+        )
     })
 }
 

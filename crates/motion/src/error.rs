@@ -5,7 +5,9 @@
 #[non_exhaustive]
 pub enum MotionError {
     /// The number of positions is not frames × features.
-    #[error("{found} positions do not fill frames of {features} features each")]
+    #[error(
+        "{found} positions do not fill frames of {features} features each; give one per feature and frame, NaN where missing"
+    )]
     NotRectangular {
         /// Features per frame.
         features: usize,
@@ -26,7 +28,7 @@ pub enum MotionError {
     },
     /// A coordinate is finite, but too large for squared distances to be finite.
     #[error(
-        "body `{body}`, feature `{feature}`, frame {frame}: a coordinate of {value:e} m is beyond what can be measured; check the unit"
+        "body `{body}`, feature `{feature}`, frame {frame}: a coordinate of {value:e} m exceeds the largest, 1e60 m; check the unit"
     )]
     TooLarge {
         /// Body name.
@@ -55,7 +57,7 @@ pub enum MotionError {
         body: String,
     },
     /// Two bodies have the same name.
-    #[error("two bodies are named `{body}`; names must differ")]
+    #[error("two bodies are named `{body}`; rename one of them")]
     DuplicateName {
         /// The name.
         body: String,

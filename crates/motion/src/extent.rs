@@ -2,34 +2,74 @@
 
 use nalgebra::{Point3, distance, distance_squared};
 
+/// Points in a block at the bottom of the hierarchy.
+const BLOCK: usize = 16;
+
 /// Largest distance between any two of the points, in the unit of the points; 0 for fewer than two.
 ///
-/// Exact. Points are visited from the outermost inwards, and a pair is measured only while the sum of its distances
-/// from the centroid could beat the best found, so that elongated trajectories cost little more than one pass.
+/// Exact. Neighbours in time are neighbours in space, so blocks of successive points have small boxes, and boxes of
+/// boxes too; a pair of boxes is opened only if points at their far corners could beat the best distance found. The
+/// cost grows about linearly with the points, also on full circles, where every point has an opposite one.
 ///
 /// # References
 /// Thesis section 5.2: the length of a trajectory.
 pub fn extent(points: &[Point3<f64>]) -> f64 {
     let Some(first) = points.first() else { return 0.0 };
-    let sum = points.iter().fold(nalgebra::Vector3::zeros(), |sum, p| sum + (p - first));
-    let centre = first + sum / points.len() as f64;
-    let mut outwards: Vec<(f64, &Point3<f64>)> = points.iter().map(|p| (distance(p, &centre), p)).collect();
-    outwards.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut best = 0.0_f64;
-    for (i, (radius, p)) in outwards.iter().enumerate() {
-        if 2.0 * radius <= best {
-            break;
+    let farthest_from = |from: &Point3<f64>| {
+        points
+            .iter()
+            .map(|p| (distance_squared(from, p), p))
+            .fold((0.0, *first), |far, (d, p)| if d > far.0 { (d, *p) } else { far })
+    };
+    let mut best = farthest_from(&farthest_from(first).1).0;
+    let levels = hierarchy(points);
+    let mut open = vec![(levels.len() - 1, 0, 0)];
+    while let Some((level, i, j)) = open.pop() {
+        if levels[level][i].farthest_squared(&levels[level][j]) <= best {
+            continue;
         }
-        let mut best_squared = best * best;
-        for (other, q) in &outwards[i + 1..] {
-            if radius + other <= best {
-                break;
-            }
-            best_squared = best_squared.max(distance_squared(p, q));
+        if level > 0 {
+            let below = levels[level - 1].len();
+            let children = |k: usize| 2 * k..(2 * k + 2).min(below);
+            open.extend(
+                children(i).flat_map(|a| children(j).map(move |b| (level - 1, a, b))).filter(|(_, a, b)| a <= b),
+            );
+        } else {
+            let block = |k: usize| &points[k * BLOCK..((k + 1) * BLOCK).min(points.len())];
+            best = block(i).iter().flat_map(|p| block(j).iter().map(|q| distance_squared(p, q))).fold(best, f64::max);
         }
-        best = best_squared.sqrt();
     }
-    best
+    best.sqrt()
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy)]
+struct Extremes {
+    least: Point3<f64>,
+    most: Point3<f64>,
+}
+
+impl Extremes {
+    fn around(parts: impl Iterator<Item = Self>) -> Self {
+        let nothing = Self { least: Point3::from([f64::INFINITY; 3]), most: Point3::from([f64::NEG_INFINITY; 3]) };
+        parts.fold(nothing, |a, b| Self { least: a.least.inf(&b.least), most: a.most.sup(&b.most) })
+    }
+
+    /// Squared distance that no two points of the boxes exceed.
+    fn farthest_squared(&self, other: &Self) -> f64 {
+        (self.most - other.least).sup(&(other.most - self.least)).norm_squared()
+    }
+}
+
+/// Boxes of blocks of points, boxes of pairs of these, and so on up to one box of all.
+fn hierarchy(points: &[Point3<f64>]) -> Vec<Vec<Extremes>> {
+    let of_points = |block: &[Point3<f64>]| Extremes::around(block.iter().map(|&p| Extremes { least: p, most: p }));
+    let mut levels = vec![points.chunks(BLOCK).map(of_points).collect::<Vec<_>>()];
+    while levels[levels.len() - 1].len() > 1 {
+        let below = &levels[levels.len() - 1];
+        levels.push(below.chunks(2).map(|pair| Extremes::around(pair.iter().copied())).collect());
+    }
+    levels
 }
 
 /// Length of the polyline through the points, in the unit of the points.
@@ -43,15 +83,15 @@ mod tests {
 
     #[test]
     fn the_extent_equals_the_largest_of_all_distances() {
-        let points: Vec<_> = (0..60)
-            .map(|i| {
-                let s = f64::from(i);
-                Point3::new((s * 0.7).sin() * s, (s * 1.3).cos() * 3.0, (s * 0.1).sin() * 20.0)
-            })
-            .collect();
-        let all = points.iter().flat_map(|p| points.iter().map(move |q| distance(p, q)));
-        let largest = all.fold(0.0, f64::max);
-        assert!((extent(&points) - largest).abs() <= 4.0 * f64::EPSILON * largest);
+        let wild = |s: f64| Point3::new((s * 0.7).sin() * s, (s * 1.3).cos() * 3.0, (s * 0.1).sin() * 20.0);
+        let circle = |s: f64| Point3::new((s * 0.01).cos(), (s * 0.01).sin(), 1e-3 * (s * s).sin());
+        for place in [&wild as &dyn Fn(f64) -> Point3<f64>, &circle] {
+            for count in [2, 15, 16, 17, 60, 700] {
+                let points: Vec<_> = (0..count).map(|i| place(f64::from(i))).collect();
+                let all = points.iter().flat_map(|p| points.iter().map(move |q| distance(p, q)));
+                assert_eq!(extent(&points), all.fold(0.0, f64::max), "{count} points");
+            }
+        }
     }
 
     #[test]

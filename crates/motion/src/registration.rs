@@ -17,13 +17,13 @@ const THIN_ASPECT: f64 = 1e-2;
 #[non_exhaustive]
 pub enum RegistrationError {
     /// Fewer than three corresponding points.
-    #[error("three features that are not collinear must be seen together, found {found}")]
+    #[error("three features that are not collinear are needed in one frame, found {found}")]
     TooFewPoints {
         /// Corresponding points.
         found: usize,
     },
     /// The points lie on one line, or in one place: the rotation about it is free.
-    #[error("the features are collinear, {thickness:.1e} m off a line of {length:.1e} m")]
+    #[error("the features are collinear: {:.3} mm off a line of {:.1} mm", 1e3 * thickness, 1e3 * length)]
     Collinear {
         /// Root mean square distance from the line, metres.
         thickness: f64,

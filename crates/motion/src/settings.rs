@@ -56,7 +56,7 @@ pub struct MotionSettings {
     /// Standard deviation of a coordinate in metres, or "estimate" to find it from the data.
     pub noise: NoiseSetting,
     /// Distance in metres of the four virtual features by which models that look at points see a body given as poses.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub pose_radius: f64,
 }
 

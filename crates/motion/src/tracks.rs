@@ -91,6 +91,12 @@ impl Tracks {
         frame > 0 && self.visibility(frame) == self.visibility(frame - 1) && self.frame(frame) == self.frame(frame - 1)
     }
 
+    /// Whether every feature is always seen at exactly the same place.
+    pub fn rest(&self) -> bool {
+        let mut places = vec![None; self.features];
+        (0..self.frames()).all(|frame| self.seen(frame).all(|(feature, p)| places[feature].get_or_insert(p) == &p))
+    }
+
     /// The first sample with a coordinate that is infinite or beyond measure, as (frame, feature, coordinate).
     pub(crate) fn first_unusable(&self) -> Option<(usize, usize, f64)> {
         let usable = |c: &f64| c.abs() <= LARGEST_COORDINATE;

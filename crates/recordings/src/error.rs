@@ -12,7 +12,7 @@ use jointscope_motion::MotionError;
 #[non_exhaustive]
 pub enum RecordingError {
     /// The file cannot be opened or read.
-    #[error("{path}: cannot be read ({cause}); {}", advice(.cause))]
+    #[error("{path}: cannot be read: {cause}; {}", advice(.cause))]
     Read {
         /// The file.
         path: PathBuf,
@@ -113,6 +113,6 @@ fn advice(cause: &io::Error) -> &'static str {
     match cause.kind() {
         ErrorKind::NotFound => "check the path",
         ErrorKind::PermissionDenied => "check the permissions of the file and its folders",
-        _ => "check the file and the disk it is on",
+        _ => "check the path and the disk it is on",
     }
 }

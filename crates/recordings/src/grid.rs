@@ -73,7 +73,8 @@ impl<T: Copy> Rows<T> {
             self.list.iter().map(|row| frame_numbers.partition_point(|number| *number < row.frame)).collect();
         let times = self.times(&frame_of_row, frame_numbers.len(), path)?;
         let grids = self.grids(missing, &frame_of_row, frame_numbers.len(), path)?;
-        let bodies = grids.into_iter().map(body).collect::<Result<_, _>>();
+        let bodies =
+            grids.into_iter().map(body).collect::<Result<_, _>>().map_err(|error| numbered(error, &frame_numbers));
         bodies.and_then(|bodies| Recording::new(frame_numbers, times, bodies)).map_err(RecordingError::motion(path))
     }
 
@@ -162,6 +163,15 @@ impl<T: Copy> Rows<T> {
     }
 }
 
+/// The error with the frame's number in the file in place of its index.
+fn numbered(mut error: MotionError, frame_numbers: &[u64]) -> MotionError {
+    if let MotionError::Infinite { frame, .. } | MotionError::TooLarge { frame, .. } = &mut error {
+        let number = frame_numbers.get(*frame).and_then(|number| usize::try_from(*number).ok());
+        *frame = number.unwrap_or(*frame);
+    }
+    error
+}
+
 /// Names numbered in order of first appearance.
 #[derive(Default)]
 struct Names(HashMap<String, usize>);
@@ -224,6 +234,15 @@ mod tests {
         assert_eq!(labels, &["b", "a"]);
         let seen = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(t, f)| tracks.get(t, f).map(|point| point.x));
         assert_eq!(seen, [None, Some(2.), Some(1.), None]);
+    }
+
+    #[test]
+    fn a_coordinate_beyond_measure_is_named_by_the_number_of_its_frame() {
+        let mut rows = Rows::new();
+        rows.push(2, 500, f64::NAN, ("door", "a"), 0.);
+        rows.push(3, 700, f64::NAN, ("door", "a"), 1e70);
+        let error = recording(rows).expect_err("too large").to_string();
+        assert!(error.starts_with("a.csv: body `door`, feature `a`, frame 700: "), "{error}");
     }
 
     #[test]

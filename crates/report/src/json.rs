@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 
 use jointscope_detection::{Detection, ModelFinding, PairDetection};
 use jointscope_models::{Axis, Positions};
+use nalgebra::Vector3;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
 /// The detection as JSON text, ending with a newline.
 ///
 /// *Convention.* Metres, seconds, radians. Keys that do not apply are null, never missing; numbers that are not finite
 /// are null. Keys stand in a fixed order, so that equal detections give equal bytes.
+///
+/// # Panics
+/// Never: all keys are strings, and every number has a text.
 pub fn to_json(detection: &Detection) -> String {
     let result = Result {
         format: "jointscope-detection",
@@ -158,9 +162,11 @@ impl<'d> Model<'d> {
 }
 
 fn axis_parts(axis: Axis) -> AxisParts {
+    // Adding 0 takes the sign off a zero.
+    let coordinates = |xyz: Vector3<f64>| xyz.map(|x| x + 0.0).into();
     AxisParts {
-        point: axis.point.coords.into(),
-        direction: axis.direction.map(|direction| direction.into_inner().into()),
+        point: coordinates(axis.point.coords),
+        direction: axis.direction.map(|direction| coordinates(direction.into_inner())),
         pitch: axis.pitch,
     }
 }

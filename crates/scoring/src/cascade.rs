@@ -46,6 +46,10 @@ impl Cascade {
         if order.is_empty() {
             return in_order("the cascade has no models".into(), "name at least one".into());
         }
+        if otherwise.trim().is_empty() {
+            let message = "what remains when all models say no has no name".into();
+            return Err(RuleError { key: "otherwise", message, help: "name it, \"disconnected\" say".into() });
+        }
         if seen.contains(otherwise.as_str()) {
             let message = format!("`{otherwise}` is both a model and what remains when all models say no");
             return Err(RuleError { key: "otherwise", message, help: "give the remainder a name of its own".into() });
@@ -64,6 +68,14 @@ impl Cascade {
         }
         confidences.push((self.otherwise.clone(), left));
         Verdict::of(confidences, self.margin)
+    }
+
+    /// All joints equally likely, named after what remains when no model finds its joint.
+    pub fn ignorance(&self) -> Verdict {
+        let joints = self.order.iter().chain([&self.otherwise]);
+        let share = 1.0 / (self.order.len() + 1) as f64;
+        let confidences = joints.map(|joint| (joint.clone(), share)).collect();
+        Verdict { joint: self.otherwise.clone(), confidence: share, confidences, doubts: Vec::new() }
     }
 }
 
@@ -107,6 +119,13 @@ mod tests {
     }
 
     #[test]
+    fn ignorance_spreads_evenly() {
+        let verdict = Cascade::new(&ScoringSettings::default(), &MODELS).expect("valid").ignorance();
+        assert_eq!((verdict.joint.as_str(), verdict.confidence), ("disconnected", 0.25));
+        assert!(verdict.confidences.iter().all(|(_, confidence)| *confidence == 0.25));
+    }
+
+    #[test]
     fn an_order_must_name_every_model_once() {
         let with = |order: &[&str], otherwise: &str| {
             let order = order.iter().map(ToString::to_string).collect();
@@ -117,6 +136,7 @@ mod tests {
         assert!(with(&["rigid", "rigid"], "free").contains("twice"));
         assert!(with(&["rigid", "prismatic"], "free").contains("`revolute` is not in the cascade's order"));
         assert!(with(&["rigid", "prismatic", "revolute"], "rigid").contains("both a model and what remains"));
+        assert!(with(&["rigid", "prismatic", "revolute"], " ").contains("has no name"));
         assert!(Cascade::new(&ScoringSettings { order: vec![], ..Default::default() }, &[]).is_err());
     }
 }

@@ -88,4 +88,11 @@ impl Rule {
             Self::Cascade(cascade) => cascade.apply(findings),
         }
     }
+
+    /// The verdict about a pair of which nothing is known: every joint is equally likely.
+    pub fn ignorance(&self) -> Verdict {
+        match self {
+            Self::Cascade(cascade) => cascade.ignorance(),
+        }
+    }
 }

@@ -5,11 +5,30 @@ pub(crate) mod reproduce;
 pub(crate) mod run;
 pub(crate) mod simulate;
 
-use jointscope_models::Catalog;
+use std::ops::Range;
+
+use jointscope_models::{
+    Catalog,
+    settings::{self, SettingsError},
+};
+use jointscope_scenes::names;
 
 use crate::failure::Failure;
 
 /// The linked joint models; two of one name are a fault of how the program was put together.
 fn catalog() -> Result<Catalog, Failure> {
     Catalog::linked().map_err(Failure::usage)
+}
+
+/// A scene that does not exist, named at a place of the configuration.
+fn unknown_scene(name: &str, place: Range<usize>) -> SettingsError {
+    let known: Vec<&str> = names().into_iter().map(|(name, _)| name).collect();
+    settings::unknown("scene", name, place, &known)
+}
+
+/// A body of a scene that turns too fast to be followed.
+fn too_fast(body: &str, degrees: f64) -> String {
+    format!(
+        "body `{body}` turns by {degrees:.0} degrees from one frame to the next; only less than 180 can be followed"
+    )
 }

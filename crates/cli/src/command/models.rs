@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Some(plugin) = catalog.get(name) else {
         let known: Vec<_> = catalog.names().collect();
         let error = settings::unknown("joint model", name, 0..0, &known);
-        return Err(Failure::usage_with_help(error.message, error.help.unwrap_or_default()));
+        return Err(Failure::usage_with_help(error.message, &error.help.unwrap_or_default()));
     };
     output::print(&explanation(plugin))
 }
@@ -44,12 +44,12 @@ fn explanation(plugin: &JointModelPlugin) -> String {
     if settings.is_empty() {
         return text + "\nThere are no settings.\n";
     }
-    text += "\nSettings, with their defaults:\n\n";
-    text += &format!("[models.NAME]\nkind = \"{}\"\n", plugin.name);
-    for setting in settings {
-        text +=
-            &format!("{} = {}    # {}\n    {}\n", setting.key, setting.default, setting.allowed, setting.description);
-    }
+    text += "\nSettings, with their defaults:\n\n[models.NAME]\n";
+    let kind = format!("kind = \"{}\"\n", plugin.name);
+    let lines = settings.into_iter().map(|setting| {
+        format!("{} = {}    # {}\n    {}\n", setting.key, setting.default, setting.allowed, setting.description)
+    });
+    text.extend([kind].into_iter().chain(lines));
     text
 }
 

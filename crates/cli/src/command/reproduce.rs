@@ -31,16 +31,16 @@ enum Reproduced {
     /// Table 2: mean confidence of a prismatic joint under noise
     Table2 {
         /// Simulated runs for each noise
-        #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+        #[arg(long, default_value_t = 200, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
         runs: u32,
         /// Seed of the first run
-        #[arg(long, default_value_t = 0)]
+        #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
         seed: u64,
     },
     /// The ten experiments of Appendix A to J, simulated
     Experiments {
         /// Seed of the simulation
-        #[arg(long, default_value_t = 0)]
+        #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
         seed: u64,
     },
 }
@@ -62,7 +62,7 @@ fn table2(detector: &Detector, runs: u32, seed: u64) -> Result<String, Failure> 
     for (theta, noise, printed) in TABLE_2 {
         let confidence = |run: u32| -> Result<f64, Failure> {
             let options = SceneOptions {
-                seed: seed + u64::from(run),
+                seed: seed.wrapping_add(u64::from(run)),
                 noise: Some(noise * TRAVEL),
                 travel: Some(TRAVEL),
                 ..SceneOptions::default()

@@ -1,7 +1,10 @@
 //! `run`: from a recording to joints.
 
 use std::{
+    fmt::Display,
     fs,
+    io::ErrorKind,
+    ops::Range,
     path::{Path, PathBuf},
     str::FromStr,
     time::Duration,
@@ -9,14 +12,15 @@ use std::{
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use jointscope_detection::{Configuration, Detection, Detector, RecordingSettings, SettingsError};
+use jointscope_detection::{Configuration, Detection, DetectionError, Detector, RecordingSettings, SettingsError};
+use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
-use jointscope_recordings::{ReadOptions, Unit};
+use jointscope_recordings::{ReadOptions, RecordingError};
 use jointscope_report::{to_json, to_table};
-use jointscope_scenes::{SceneOptions, simulate};
+use jointscope_scenes::{SceneError, SceneOptions, simulate};
 
-use super::catalog;
-use crate::{failure::Failure, output};
+use super::{catalog, too_fast, unknown_scene};
+use crate::{failure::Failure, output, place};
 
 /// Find the joints between the bodies of a recording
 #[derive(Debug, Args)]
@@ -36,9 +40,10 @@ pub(crate) struct Arguments {
     /// What is printed
     #[arg(long, value_enum, default_value_t = Printed::Table)]
     format: Printed,
-    /// Number of threads; 0 means all cores
-    #[arg(long, default_value_t = 0, value_name = "N")]
-    threads: usize,
+    /// Number of threads, up to 1024; 0 means all cores
+    #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u16).range(..=1024))]
+    threads: u16,
     /// No progress bar
     #[arg(long)]
     quiet: bool,
@@ -53,18 +58,23 @@ enum Printed {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (text, mut configuration) = read_configuration(&arguments.config)?;
-    let settings = overridden(std::mem::take(&mut configuration.recording), arguments);
-    let recording = obtain(&settings, &arguments.config, &text)?;
+    let (file, mut configuration) = read_configuration(&arguments.config)?;
+    let settings = std::mem::take(&mut configuration.recording);
+    let recording = with_world(obtain(&settings, arguments, &file)?, &settings, &file)?;
+    let pairs = settings.pairs.as_deref();
+    Detector::check(&recording, pairs).map_err(|error| refused(&error, &file))?;
     if let Some(folder) = &arguments.out {
         // Found out now, before the work.
         output::make_folder(folder)?;
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().map_err(Failure::usage)?;
+    let threads = usize::from(arguments.threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::usage)?;
     let detector = Detector::new(configuration);
-    let detection = pool.install(|| detect(&detector, recording, &settings, arguments.quiet))?;
+    let detection = pool
+        .install(|| detect(&detector, recording, pairs, arguments.quiet))
+        .map_err(|error| refused(&error, &file))?;
     if let Some(folder) = &arguments.out {
-        output::write_file(&folder.join("detection.json"), to_json(&detection).as_bytes())?;
+        output::write_files(&[(&folder.join("detection.json"), to_json(&detection).as_bytes())])?;
     }
     output::print(&match arguments.format {
         Printed::Table => to_table(&detection),
@@ -72,91 +82,154 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
-/// Reads and checks a configuration; also gives its text, for errors that point into it.
-fn read_configuration(path: &Path) -> Result<(String, Configuration), Failure> {
-    let unread = |error: &dyn std::fmt::Display| {
-        Failure::usage(format!("{}: the configuration cannot be read: {error}", path.display()))
-    };
-    let bytes = fs::read(path).map_err(|error| unread(&error))?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let line = 1 + error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
-        unread(&format!("line {line} is not UTF-8"))
+/// A configuration's file, for errors that point into it.
+struct ConfigurationFile<'a> {
+    path: &'a Path,
+    text: String,
+}
+
+impl ConfigurationFile<'_> {
+    fn failure(&self, error: SettingsError) -> Failure {
+        Failure::configuration(self.path, &self.text, error)
+    }
+
+    /// Something wrong with a word under `[recording]`.
+    fn wrong(&self, key: &str, word: &str, message: String, help: &str) -> Failure {
+        let place = place::in_recording(&self.text, key, word);
+        self.failure(SettingsError::at(place, message).help(help))
+    }
+}
+
+/// Reads and checks a configuration.
+fn read_configuration(path: &Path) -> Result<(ConfigurationFile<'_>, Configuration), Failure> {
+    let bytes = fs::read(path).map_err(|error| {
+        let advice = match error.kind() {
+            ErrorKind::IsADirectory => "name a file in it",
+            ErrorKind::PermissionDenied => "check the permissions of the file and its folders",
+            _ => "check the path",
+        };
+        Failure::usage(format!("{}: the configuration cannot be read: {error}; {advice}", path.display()))
     })?;
-    match Configuration::parse(&text, &catalog()?) {
-        Ok(configuration) => Ok((text, configuration)),
-        Err(error) => Err(Failure::configuration(path, &text, error)),
+    let mut text = String::from_utf8(bytes).map_err(|error| {
+        let sound = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..sound].split(|byte| *byte == b'\n').count();
+        Failure::usage(format!(
+            "{}, line {line}: needed UTF-8 text, but byte {sound} of the file is not; save the file as UTF-8",
+            path.display()
+        ))
+    })?;
+    // A byte order mark would count as a column.
+    if text.starts_with('\u{feff}') {
+        text.remove(0);
+    }
+    let file = ConfigurationFile { path, text };
+    match Configuration::parse(&file.text, &catalog()?) {
+        Ok(configuration) => Ok((file, configuration)),
+        Err(error) => Err(file.failure(error)),
     }
 }
 
-/// The configuration's recording, or the command line's.
-fn overridden(settings: RecordingSettings, arguments: &Arguments) -> RecordingSettings {
-    let in_place_of = |text: &String| toml_word(text.clone());
-    match (&arguments.input, &arguments.scene) {
-        // A path on the command line is relative to where the program runs.
-        (Some(input), _) => RecordingSettings {
-            path: Some(std::path::absolute(input).unwrap_or_else(|_| input.clone())),
-            scene: None,
-            ..settings
-        },
-        (None, Some(scene)) => RecordingSettings { path: None, scene: Some(in_place_of(scene)), ..settings },
-        (None, None) => settings,
-    }
-}
-
-fn toml_word(word: String) -> jointscope_models::toml::Spanned<String> {
-    jointscope_models::toml::Spanned::new(0..0, word)
-}
-
-/// Reads the file or simulates the scene that the settings name.
-fn obtain(settings: &RecordingSettings, config: &Path, text: &str) -> Result<Recording, Failure> {
-    let recording = match (&settings.path, &settings.scene) {
-        (Some(path), _) => {
-            let options = ReadOptions {
-                format: word(settings.format.as_ref(), config, text)?,
-                unit: word::<Unit>(settings.unit.as_ref(), config, text)?,
-            };
-            let path = config.parent().unwrap_or(Path::new("")).join(path);
-            jointscope_recordings::read(&path, &options).map_err(Failure::data)?
-        }
-        (None, Some(scene)) => {
-            let options = SceneOptions {
-                seed: settings.seed.unwrap_or(0),
-                noise: settings.noise,
-                frames: settings.frames,
-                ..SceneOptions::default()
-            };
-            simulate(scene.as_ref(), &options).map_err(Failure::usage)?.recording
-        }
-        (None, None) => {
-            let help = "write `path` or `scene` under [recording], or give --input FILE or --scene NAME";
-            return Err(Failure::usage_with_help(format!("{}: no recording is named", config.display()), help));
-        }
+/// Reads the file or simulates the scene that the command line names, or else the configuration.
+fn obtain(
+    settings: &RecordingSettings,
+    arguments: &Arguments,
+    file: &ConfigurationFile<'_>,
+) -> Result<Recording, Failure> {
+    let read = |path: &Path| {
+        let options =
+            ReadOptions { format: word(settings.format.as_ref(), file)?, unit: word(settings.unit.as_ref(), file)? };
+        jointscope_recordings::read(path, &options).map_err(unread)
     };
-    match &settings.world {
-        Some(name) => recording.with_world(name).map_err(Failure::usage),
-        None => Ok(recording),
+    if let Some(path) = &arguments.input {
+        read(path)
+    } else if let Some(scene) = &arguments.scene {
+        simulated(scene, 0..0, settings)
+            .map_err(|error| Failure::usage_with_help(error.message, &error.help.unwrap_or_default()))
+    } else if let Some(path) = &settings.path {
+        read(&file.path.parent().unwrap_or(Path::new("")).join(path))
+    } else if let Some(scene) = &settings.scene {
+        simulated(scene.as_ref(), scene.span(), settings).map_err(|error| file.failure(error))
+    } else {
+        let help = "write `path` or `scene` under [recording], or give --input PATH or --scene NAME";
+        Err(Failure::usage_with_help(format!("{}: no recording is named", file.path.display()), help))
+    }
+}
+
+fn unread(error: RecordingError) -> Failure {
+    match error {
+        RecordingError::UnknownExtension { .. } => {
+            Failure::data_with_help(error, "write, for example, format = \"csv\" under [recording]")
+        }
+        _ => Failure::data(error),
     }
 }
 
 /// A word of the configuration that stands for something.
-fn word<T: FromStr<Err: std::fmt::Display>>(
-    word: Option<&jointscope_models::toml::Spanned<String>>,
-    config: &Path,
-    text: &str,
+fn word<T: FromStr<Err: Display>>(
+    word: Option<&Spanned<String>>,
+    file: &ConfigurationFile<'_>,
 ) -> Result<Option<T>, Failure> {
-    let parse = |word: &jointscope_models::toml::Spanned<String>| {
-        T::from_str(word.as_ref())
-            .map_err(|error| Failure::configuration(config, text, SettingsError::at(word.span(), error.to_string())))
+    let parse = |word: &Spanned<String>| {
+        T::from_str(word.as_ref()).map_err(|error| file.failure(SettingsError::at(word.span(), error.to_string())))
     };
     word.map(parse).transpose()
+}
+
+/// The recording of a scene that is named at a place of the configuration.
+fn simulated(scene: &str, place: Range<usize>, settings: &RecordingSettings) -> Result<Recording, SettingsError> {
+    let options = SceneOptions {
+        seed: settings.seed.unwrap_or(0),
+        noise: settings.noise,
+        frames: settings.frames,
+        ..SceneOptions::default()
+    };
+    match simulate(scene, &options) {
+        Ok(simulation) => Ok(simulation.recording),
+        Err(SceneError::UnknownScene { name, .. }) => Err(unknown_scene(&name, place)),
+        Err(SceneError::TooFast { body, degrees, .. }) => {
+            Err(SettingsError::at(place, too_fast(&body, degrees)).help("raise `frames` under [recording]"))
+        }
+        Err(error) => Err(SettingsError::at(place, error.to_string())),
+    }
+}
+
+/// Adds the body at rest that the settings name.
+fn with_world(
+    recording: Recording,
+    settings: &RecordingSettings,
+    file: &ConfigurationFile<'_>,
+) -> Result<Recording, Failure> {
+    let Some(name) = &settings.world else { return Ok(recording) };
+    recording.with_world(name).map_err(|_| {
+        let message = format!("the recording has a body `{name}` of its own");
+        file.wrong("world", name, message, "give the world a name that no body has")
+    })
+}
+
+/// A recording that cannot be analysed as the configuration says.
+fn refused(error: &DetectionError, file: &ConfigurationFile<'_>) -> Failure {
+    match error {
+        DetectionError::UnknownBody { name, known } => {
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let help = settings::unknown("body", name, 0..0, &known).help.unwrap_or_default();
+            file.wrong("pairs", name, format!("the recording has no body `{name}`"), &help)
+        }
+        DetectionError::PairOfOne { name } => {
+            file.wrong("pairs", name, error.to_string(), "name two bodies, the reference first")
+        }
+        _ => Failure::usage(error),
+    }
 }
 
 fn detect(
     detector: &Detector,
     recording: Recording,
-    settings: &RecordingSettings,
+    pairs: Option<&[[String; 2]]>,
     quiet: bool,
-) -> Result<Detection, Failure> {
+) -> Result<Detection, DetectionError> {
+    /// Work shorter than this shows no bar.
+    const PATIENCE: Duration = Duration::from_millis(300);
+
     let bar = if quiet {
         ProgressBar::hidden()
     } else {
@@ -166,8 +239,6 @@ fn detect(
         ProgressStyle::with_template("{bar:40} {pos} of {len} pairs, {eta} left")
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
-    /// Work shorter than this shows no bar.
-    const PATIENCE: Duration = Duration::from_millis(300);
     let start = std::time::Instant::now();
     let watch = |done: usize, of: usize| {
         if start.elapsed() > PATIENCE {
@@ -175,7 +246,7 @@ fn detect(
             bar.set_position(done as u64);
         }
     };
-    let detection = detector.detect_watched(recording, settings.pairs.as_deref(), &watch);
+    let detection = detector.detect_watched(recording, pairs, &watch);
     bar.finish_and_clear();
-    detection.map_err(Failure::usage)
+    detection
 }

@@ -6,9 +6,11 @@ use std::{
 };
 
 use clap::Args;
+use jointscope_motion::MotionError;
 use jointscope_recordings::{Format, write_csv, write_npz};
-use jointscope_scenes::{SceneOptions, names, simulate};
+use jointscope_scenes::{SceneError, SceneOptions, names, simulate};
 
+use super::{too_fast, unknown_scene};
 use crate::{failure::Failure, output};
 
 /// Simulate a scene: writes a recording, and truth.json beside it
@@ -21,43 +23,43 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Seed of everything random
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
     /// Number of frames
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     frames: Option<usize>,
     /// Number of features on every body
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     features: Option<usize>,
     /// Standard deviation of a sample, metres
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     noise: Option<f64>,
     /// Noise along the viewing ray as a multiple of the noise across it
-    #[arg(long, value_name = "RATIO")]
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     depth_noise: Option<f64>,
     /// Share of the samples that are missing
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     dropout: Option<f64>,
     /// Share of every body's features that move on their own
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     outlier_features: Option<f64>,
     /// Share of the samples that are wild
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     outlier_samples: Option<f64>,
     /// Range of the joint's angle, degrees
-    #[arg(long, value_name = "DEGREES")]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     sweep_deg: Option<f64>,
     /// Range of the joint's travel, metres
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     travel: Option<f64>,
     /// Let the reference body rest
     #[arg(long)]
     still_base: bool,
     /// Multiply the observed coordinates of moving bodies, about the camera centre
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     scale: Option<f64>,
     /// Compress the depth changes of moving bodies
-    #[arg(long, value_name = "GAIN")]
+    #[arg(long, value_name = "GAIN", allow_negative_numbers = true)]
     depth_gain: Option<f64>,
     /// See the thesis's experiments at the scales that a single camera gave them
     #[arg(long)]
@@ -65,18 +67,23 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let format = Format::of_path(&arguments.out).map_err(Failure::usage)?;
-    let simulation = simulate(&arguments.scene, &options(arguments)).map_err(Failure::usage)?;
+    let npz = match Format::of_path(&arguments.out) {
+        Ok(Format::Csv) => false,
+        Ok(Format::Npz) => true,
+        _ => {
+            let path = arguments.out.display();
+            let error = format!("{path}: a scene is written as csv or npz, which the extension does not tell");
+            return Err(Failure::usage_with_help(error, "let the name end with `.csv` or `.npz`"));
+        }
+    };
+    let options = options(arguments);
+    check_size(&options)?;
+    let simulation = simulate(&arguments.scene, &options).map_err(refused)?;
     let mut recording = Vec::new();
-    match format {
-        Format::Csv => write_csv(&simulation.recording, &mut recording).map_err(Failure::data)?,
-        Format::Npz => {
-            let mut file = Cursor::new(&mut recording);
-            write_npz(&simulation.recording, &mut file).map_err(Failure::data)?;
-        }
-        Format::Poses => {
-            return Err(Failure::usage("a scene is written as `.csv` or `.npz`; choose one of these extensions"));
-        }
+    if npz {
+        write_npz(&simulation.recording, &mut Cursor::new(&mut recording)).map_err(Failure::data)?;
+    } else {
+        write_csv(&simulation.recording, &mut recording).map_err(Failure::data)?;
     }
     let mut truth = serde_json::to_string_pretty(&simulation.truth).map_err(Failure::data)?;
     truth.push('\n');
@@ -84,8 +91,49 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if !folder.as_os_str().is_empty() {
         output::make_folder(folder)?;
     }
-    output::write_file(&arguments.out, &recording)?;
-    output::write_file(&folder.join("truth.json"), truth.as_bytes())
+    output::write_files(&[(&arguments.out, &recording), (&folder.join("truth.json"), truth.as_bytes())])
+}
+
+/// Refuses what would not fit into memory: both numbers are in range, but their product is not.
+fn check_size(options: &SceneOptions) -> Result<(), Failure> {
+    /// Some 10⁷ samples of every body are a file of a gigabyte.
+    const MOST_SAMPLES: usize = 10_000_000;
+    match (options.frames, options.features) {
+        (Some(frames), Some(features)) if frames.saturating_mul(features) > MOST_SAMPLES => {
+            let error = format!(
+                "--frames times --features must be at most {MOST_SAMPLES}, found {}",
+                frames.saturating_mul(features)
+            );
+            Err(Failure::usage_with_help(error, "lower one of them"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A scene that cannot be simulated, with the options as they are written on the command line.
+fn refused(error: SceneError) -> Failure {
+    let typed = |option: &str| format!("--{}", option.replace('_', "-"));
+    match error {
+        SceneError::UnknownScene { name, .. } => {
+            let error = unknown_scene(&name, 0..0);
+            Failure::usage_with_help(error.message, &error.help.unwrap_or_default())
+        }
+        SceneError::OutOfRange { option, expected, found } => {
+            Failure::usage(format!("{} must be {expected}, found {found}", typed(option)))
+        }
+        SceneError::NotApplicable { option, scene } => {
+            let option = typed(option);
+            Failure::usage_with_help(format!("{option} does not apply to scene `{scene}`"), "leave it out")
+        }
+        SceneError::TooFast { body, degrees, .. } => {
+            Failure::usage_with_help(too_fast(&body, degrees), "raise --frames or lower --sweep-deg")
+        }
+        SceneError::Recording(MotionError::NeverSeen { body }) => {
+            let help = "lower --dropout, or raise --frames or --features";
+            Failure::usage_with_help(format!("body `{body}` lost all its samples"), help)
+        }
+        _ => Failure::usage(error),
+    }
 }
 
 fn options(arguments: &Arguments) -> SceneOptions {

@@ -20,7 +20,8 @@ use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, 
 ///
 /// Degenerate cases: without motion the confidence is 0; a straight trajectory is a circle of infinite radius that
 /// occupies one degree. Features in one plane across the axis (a turntable) have all centres in one place and no line
-/// through them: see `turntable`. A body with one feature has one centre: see `lone_trajectory`.
+/// through them: see `turntable`. A body with one feature has one centre: see `lone_trajectory`. A feature that stays in
+/// one place to the digit, on the axis say, is left out if others move.
 ///
 /// References: thesis section 5.3, equations (21)-(44).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -107,7 +108,11 @@ joint_model!(ThesisRevolute, "thesis-revolute", "trajectories on circles about o
 
 impl JointModel for ThesisRevolute {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
-        let tracks = trajectories(motion, 3)?;
+        let mut tracks = trajectories(motion, 3)?;
+        // A feature exactly on the axis has no circle, and says nothing where others move.
+        if !tracks.iter().all(is_still) {
+            tracks.retain(|track| !is_still(track));
+        }
         let circles: Vec<Option<Circle>> = tracks.iter().map(|t| Circle::through(t.points, self.circle)).collect();
         let count = tracks.len() as f64;
         let fits = tracks.iter().zip(&circles).map(|(track, circle)| self.share_on_circle(track, circle.as_ref()));
@@ -186,8 +191,15 @@ impl ThesisRevolute {
     }
 }
 
+/// Whether a trajectory stays in one place, up to the rounding of its coordinates.
 fn is_still(track: &Trajectory<'_>) -> bool {
-    track.points.iter().all(|p| *p == track.points[0])
+    /// Rounding as a share of the coordinates' magnitude, after a change of coordinates.
+    const ROUNDING: f64 = 1e-13;
+    let start = track.points[0].coords;
+    let (moved, magnitude) = track.points.iter().fold((0.0_f64, 0.0_f64), |(moved, magnitude), p| {
+        (moved.max((p.coords - start).amax()), magnitude.max(p.coords.amax()))
+    });
+    moved <= ROUNDING * magnitude
 }
 
 /// Whole degrees that a trajectory occupies on its circle: 360 less the longest run of degrees without a point.

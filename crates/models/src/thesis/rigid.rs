@@ -65,7 +65,7 @@ impl JointModel for ThesisRigid {
         let tracks = trajectories(motion, 1)?;
         let lengths = self.lengths(motion);
         let ratio = motion_ratio(lengths);
-        let confidence = Confidence::new((-PI * self.sharpness * ratio * ratio).exp())?;
+        let confidence = Confidence::new((-PI * ratio * ratio * self.sharpness).exp())?;
         let off_mean = |points: &[Point3<f64>]| {
             let mean = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
             points.iter().map(|p| (p.coords - mean).norm_squared()).sum::<f64>()

@@ -1,0 +1,40 @@
+//! Where things stand in a configuration.
+
+use std::ops::Range;
+
+use jointscope_models::toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+/// Where `[recording]` says `word` under a key: the word itself, the whole value if the word is not in it, or nothing
+/// if there is no such key.
+pub(crate) fn in_recording(text: &str, key: &str, word: &str) -> Range<usize> {
+    let find = || {
+        let root = DeTable::parse(text).ok()?;
+        let value = root.as_ref().get("recording")?.as_ref().as_table()?.get(key)?;
+        Some(of_word(value, word).unwrap_or_else(|| value.span()))
+    };
+    find().unwrap_or(0..0)
+}
+
+fn of_word(value: &Spanned<DeValue<'_>>, word: &str) -> Option<Range<usize>> {
+    match value.as_ref() {
+        DeValue::String(found) => (found == word).then(|| value.span()),
+        DeValue::Array(values) => values.iter().find_map(|value| of_word(value, word)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_found_in_lists_of_lists() {
+        let text = "[recording]\nworld = 'w'\npairs = [['a', 'b'], ['a', 'c']]";
+        assert_eq!(&text[in_recording(text, "pairs", "c")], "'c'");
+        assert_eq!(&text[in_recording(text, "world", "other")], "'w'");
+        assert_eq!(in_recording(text, "scene", "w"), 0..0);
+    }
+}
