@@ -48,6 +48,7 @@ fn piece() -> impl Strategy<Value = String> {
         "\\u{",
         "\\",
         "\u{feff}",
+        "\u{feff}[models.hinge]\nkind = 'thesis-rigid'",
         "\r",
         "\0",
         "ü",

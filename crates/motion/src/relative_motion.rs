@@ -1,8 +1,10 @@
 //! The motion of one body as seen from another.
 
-use nalgebra::{Point3, Vector3};
+use std::sync::OnceLock;
 
-use crate::{BodyMotion, Pose, extent, path_length};
+use nalgebra::{Point3, Vector3, distance};
+
+use crate::{BodyMotion, Pose, Tracks, extent, path_length};
 
 /// Why one body's motion cannot be seen from another.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -91,6 +93,7 @@ pub struct RelativeMotion<'m> {
     moving: &'m BodyMotion<'m>,
     frames: Vec<usize>,
     trajectories: Trajectories,
+    paths: OnceLock<Lengths>,
 }
 
 impl<'m> RelativeMotion<'m> {
@@ -115,7 +118,7 @@ impl<'m> RelativeMotion<'m> {
             return Err(RelativeMotionError::NeverTogether { reference, moving });
         }
         let trajectories = seen_from(reference, moving, &frames);
-        Ok(Self { reference, moving, frames, trajectories })
+        Ok(Self { reference, moving, frames, trajectories, paths: OnceLock::new() })
     }
 
     /// The body from which motion is seen.
@@ -179,36 +182,83 @@ impl<'m> RelativeMotion<'m> {
     /// # References
     /// Thesis equation (45), as printed: "the sum about the euclidean distances between all time frames".
     pub fn path_lengths(&self) -> Lengths {
-        self.lengths(path_length, |total, steps, _, all| total / steps.max(1.0) * all)
+        *self.paths.get_or_init(|| {
+            let steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
+            let mean = |path: Path| (path.length / path.steps.max(1) as f64 * steps, path.magnitude);
+            let observed = |body: &BodyMotion<'_>| mean(Path::observed(body.tracks(), &self.frames));
+            let relative = mean(self.trajectories.iter().map(Path::along).fold(Path::default(), Path::and));
+            self.above_rounding([observed(self.reference), observed(self.moving), relative])
+        })
     }
 
     /// Net lengths: the largest distance between any two samples of a trajectory, mean over features.
     ///
     /// Unlike a path it does not grow with noise and frames.
     pub fn net_lengths(&self) -> Lengths {
-        self.lengths(extent, |total, _, features, _| total / features.max(1.0))
+        let mean = |trajectories: &Trajectories| {
+            let seen = || trajectories.iter().filter(|t| !t.points.is_empty());
+            let length = seen().map(|t| extent(t.points)).sum::<f64>() / seen().count().max(1) as f64;
+            let magnitude = seen().flat_map(|t| t.points).fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+            (length, magnitude)
+        };
+        let observed = |body: &BodyMotion<'_>| mean(&as_observed(body, &self.frames));
+        self.above_rounding([observed(self.reference), observed(self.moving), mean(&self.trajectories)])
     }
 
-    /// `mean` makes of the total length, the steps and the features of a body, and of all steps, its mean length.
-    fn lengths(&self, length: impl Fn(&[Point3<f64>]) -> f64, mean: impl Fn(f64, f64, f64, f64) -> f64) -> Lengths {
+    /// Lengths of reference, moving and relative motion, each with the largest coordinate of what it was measured on;
+    /// those that the rounding of coordinates explains become 0.
+    fn above_rounding(&self, lengths: [(f64, f64); 3]) -> Lengths {
         /// A step that rounding explains, as a share of the coordinates' magnitude.
         const ROUNDING: f64 = 1e-13;
-        let all_steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
-        let of = |trajectories: &Trajectories| {
-            let (mut total, mut steps, mut features, mut magnitude) = (0.0, 0.0, 0.0, 0.0_f64);
-            for trajectory in trajectories.iter().filter(|t| !t.points.is_empty()) {
-                total += length(trajectory.points);
-                features += 1.0;
-                steps += (trajectory.frames[trajectory.frames.len() - 1] - trajectory.frames[0]) as f64;
-                magnitude = trajectory.points.iter().fold(magnitude, |m, p| m.max(p.coords.amax()));
+        let steps = (self.frames[self.frames.len() - 1] - self.frames[0] + 1) as f64;
+        let magnitude = lengths.iter().map(|(_, magnitude)| *magnitude).fold(0.0, f64::max);
+        let above = |(length, _): (f64, f64)| if length <= ROUNDING * steps * magnitude { 0.0 } else { length };
+        let [reference, moving, relative] = lengths.map(above);
+        Lengths { reference, moving, relative }
+    }
+}
+
+/// A way along which features travelled.
+#[derive(Default)]
+struct Path {
+    /// Sum of the distances between successive samples, metres.
+    length: f64,
+    /// Frames that these steps take.
+    steps: usize,
+    /// Largest coordinate on the way, metres.
+    magnitude: f64,
+}
+
+impl Path {
+    /// Of all of a body's features through the frames given.
+    fn observed(tracks: &Tracks, frames: &[usize]) -> Self {
+        let mut path = Self::default();
+        let mut latest: Vec<Option<(usize, &Point3<f64>)>> = vec![None; tracks.features()];
+        for &frame in frames {
+            for (feature, point) in tracks.seen(frame) {
+                if let Some((before, from)) = latest[feature].replace((frame, point)) {
+                    path.length += distance(from, point);
+                    path.steps += frame - before;
+                }
+                path.magnitude = path.magnitude.max(point.coords.amax());
             }
-            (mean(total, steps, features, all_steps), magnitude)
-        };
-        let observed = |body: &BodyMotion<'_>| of(&as_observed(body, &self.frames));
-        let (reference, moving, relative) = (observed(self.reference), observed(self.moving), of(&self.trajectories));
-        let floor = ROUNDING * (all_steps + 1.0) * reference.1.max(moving.1).max(relative.1);
-        let or_rest = |(length, _): (f64, f64)| if length <= floor { 0.0 } else { length };
-        Lengths { reference: or_rest(reference), moving: or_rest(moving), relative: or_rest(relative) }
+        }
+        path
+    }
+
+    /// Of one feature.
+    fn along(trajectory: Trajectory<'_>) -> Self {
+        let steps = trajectory.frames.last().zip(trajectory.frames.first()).map_or(0, |(last, first)| last - first);
+        let magnitude = trajectory.points.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        Self { length: path_length(trajectory.points), steps, magnitude }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            length: self.length + other.length,
+            steps: self.steps + other.steps,
+            magnitude: self.magnitude.max(other.magnitude),
+        }
     }
 }
 

@@ -44,7 +44,7 @@ fn pose(reach: f64) -> impl Strategy<Value = Pose> {
     (vector(reach), rotation()).prop_map(|(t, r)| Pose::from_parts(Translation3::from(t), r))
 }
 
-/// An edge from 1e-6 to 1, all magnitudes alike, or 0 where `flat`.
+/// An edge from ten to the power of `least_exponent` to 1, all magnitudes alike.
 fn edge(least_exponent: f64) -> impl Strategy<Value = f64> {
     (least_exponent..=0.0).prop_map(|exponent| 10_f64.powf(exponent))
 }
