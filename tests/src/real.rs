@@ -138,7 +138,7 @@ pub fn page(root: &Path) -> String {
     let sure = count(&|outcome| outcome.is_right().is_some() && outcome.pair.determined);
     let sure_and_wrong = count(&|outcome| outcome.is_right() == Some(false) && outcome.pair.determined);
     let rows: String = outcomes.iter().map(Outcome::row).collect();
-    let remarks: String = FOLDERS.iter().map(|folder| format!("* `{}`: {}.\n", folder.name, folder.remark)).collect();
+    let remarks = FOLDERS.map(|folder| format!("* `{}`: {}.\n", folder.name, folder.remark)).concat();
     format!(
         "# Real recordings\n\n\
          Recordings that others made of real doors and drawers, each of one body against the world, analysed with the\n\

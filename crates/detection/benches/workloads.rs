@@ -53,7 +53,7 @@ fn registration(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(FRAMES as u64));
     let size = format!("{FRAMES} frames of {FEATURES} features");
     group.bench_function(BenchmarkId::new("read the memory", &size), |b| {
-        b.iter(|| sum_of_coordinates(black_box(tracks)))
+        b.iter(|| sum_of_coordinates(black_box(tracks)));
     });
     group.bench_function(BenchmarkId::new("jointscope", &size), |b| {
         b.iter(|| {
@@ -78,7 +78,7 @@ fn registration(criterion: &mut Criterion) {
     for registration in [Registration::Chained, Registration::First, Registration::Shape] {
         let settings = MotionSettings { registration, ..MotionSettings::default() };
         group.bench_function(BenchmarkId::new(format!("{registration:?}"), &size), |b| {
-            b.iter(|| BodyMotion::of(black_box(&body), &settings))
+            b.iter(|| BodyMotion::of(black_box(&body), &settings));
         });
     }
     group.finish();

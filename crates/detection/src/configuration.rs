@@ -104,7 +104,9 @@ impl Configuration {
             named_models(models, catalog)?
         } else {
             let defaults = DeValue::Table(parse_table(DEFAULT_MODELS)?);
-            named_models(Spanned::new(0..text.len(), defaults), catalog)?
+            // What is wrong with the defaults is not in the user's text.
+            let nowhere = |error| SettingsError { span: 0..0, ..error };
+            named_models(Spanned::new(0..0, defaults), catalog).map_err(nowhere)?
         };
         let spans = key_spans(root.get("scoring"));
         let scoring: ScoringSettings = table(&mut root, "scoring")?;
@@ -312,6 +314,12 @@ mod tests {
         }
         let (message, _, _) = refused("[motion\n");
         assert!(message.starts_with("this is not TOML"), "{message}");
+    }
+
+    #[test]
+    fn a_catalog_without_the_default_models_is_refused_without_a_place() {
+        let error = Configuration::parse("", &Catalog::of([]).expect("no names")).expect_err("refused");
+        assert_eq!((error.message.as_str(), error.span), ("unknown joint model `thesis-prismatic`", 0..0));
     }
 
     #[test]

@@ -253,12 +253,8 @@ impl Path {
         Self { length: path_length(trajectory.points), steps, magnitude }
     }
 
-    fn and(self, other: Self) -> Self {
-        Self {
-            length: self.length + other.length,
-            steps: self.steps + other.steps,
-            magnitude: self.magnitude.max(other.magnitude),
-        }
+    fn and(self, Self { length, steps, magnitude }: Self) -> Self {
+        Self { length: self.length + length, steps: self.steps + steps, magnitude: self.magnitude.max(magnitude) }
     }
 }
 

@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-14;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CircleMethod {
-    /// Taubin's algebraic fit, nearly unbiased: the thesis's reference [23].
+    /// Taubin's algebraic fit, nearly unbiased: the thesis's choice.
     #[default]
     Taubin,
     /// Kåsa's fit, which shrinks the circle of a short noisy arc.

@@ -126,12 +126,19 @@ impl JointModel for ThesisPrismatic {
         let slides = Positions::of_one_freedom(slides);
         let axis = Axis { point: motion.first_centroid(), direction: Some(direction), pitch: None };
         let joint = Joint { axis: Some(axis), positions: Some(if reverse { slides.reversed() } else { slides }) };
-        Ok(JointFit::new(Confidence::new(lines_equal * cylinder_fit)?, joint)
+        let alone = tracks.iter().filter(|t| common(t, &tracks[longest]).next().is_none()).count();
+        let mut fit = JointFit::new(Confidence::new(lines_equal * cylinder_fit)?, joint)
             .with_part("cylinder_fit", cylinder_fit)
             .with_part("lines_equal", lines_equal)
             .with_part("mean_relative_length", mean_length)
             .with_part("length", tube.length)
-            .with_residual(off_line))
+            .with_residual(off_line);
+        if alone > 0 {
+            let all = tracks.len();
+            fit.notes
+                .push(format!("{alone} of {all} features never share a frame with the longest one and were left out"));
+        }
+        Ok(fit)
     }
 }
 

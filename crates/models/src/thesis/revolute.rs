@@ -45,7 +45,7 @@ pub struct ThesisRevolute {
     pub axis_tolerance: f64,
     /// What the radius of that tube is a share of.
     pub axis_radius: AxisRadius,
-    /// What to do with a body of a single usable trajectory.
+    /// What to do where all circles have one centre, as with a body of a single feature.
     pub lone_trajectory: LoneTrajectory,
     /// Take the axis from the planes' normals where the centres form no line (end of section 5.3); the tube around
     /// it is then a share of the circles' radius.
@@ -77,11 +77,11 @@ pub enum AxisRadius {
     Circle,
 }
 
-/// What a single circle says about an axis.
+/// What circles with one centre say about an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoneTrajectory {
-    /// Its normal is the axis, which fits.
+    /// Their normal is the axis, which fits.
     Normal,
     /// Nothing: the joint is not revolute.
     Refuse,
@@ -169,15 +169,21 @@ impl ThesisRevolute {
     }
 
     fn axis(&self, circles: &[&Circle]) -> Option<LineFit> {
+        /// Distance of centres, as a share of the radius, that rounding explains.
+        const ROUNDING: f64 = 1e-9;
         let count = circles.len() as f64;
-        if circles.is_empty() || (circles.len() == 1 && self.lone_trajectory == LoneTrajectory::Refuse) {
+        if circles.is_empty() {
             return None;
         }
         let point = Point3::from(circles.iter().map(|c| c.centre.coords).sum::<Vector3<f64>>() / count);
         let mean_radius = circles.iter().map(|c| c.radius).sum::<f64>() / count;
         let from_mean = || circles.iter().map(|c| c.centre - point);
         let [along, across, _] = principal_axes(from_mean().map(|d| d * d.transpose()).sum());
-        let no_line = circles.len() == 1 || (self.turntable && across.0 > self.turntable_spread.powi(2) * along.0);
+        let one_centre = from_mean().all(|d| d.norm() <= ROUNDING * mean_radius);
+        if one_centre && self.lone_trajectory == LoneTrajectory::Refuse {
+            return None;
+        }
+        let no_line = one_centre || (self.turntable && across.0 > self.turntable_spread.powi(2) * along.0);
         let direction = if no_line {
             principal_axes(circles.iter().map(|c| c.normal.into_inner() * c.normal.transpose()).sum())[0].1
         } else {
