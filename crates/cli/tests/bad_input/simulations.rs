@@ -1,0 +1,92 @@
+//! Simulations, and the golden files.
+
+use std::fs;
+use std::path::Path;
+
+use crate::place::{DATA, Place, USAGE, door, json};
+
+#[test]
+fn a_simulation_is_written_with_its_truth_and_can_be_read() {
+    let place = Place::new();
+    assert_eq!(place.done(&["simulate", "door", "--out", "deep/r.csv", "--frames", "40"]), "");
+    assert_eq!(place.done(&["simulate", "door", "--out", "deep/r.npz", "--frames", "40"]), "");
+    assert_eq!(json(&fs::read_to_string(place.path("deep/truth.json")).expect("the truth"))["scene"], "door");
+    place.write("c.toml", "");
+    let [csv, npz] =
+        ["deep/r.csv", "deep/r.npz"].map(|path| place.done(&["run", "--config", "c.toml", "--input", path]));
+    assert_eq!(csv, npz);
+}
+
+#[test]
+fn a_simulation_needs_a_place_and_an_extension_that_tells_the_format() {
+    let place = Place::with(door());
+    for out in ["x.log", "x.xyz", "x"] {
+        let message = [&*format!("{out}: a scene is written as csv or npz"), "`.csv` or `.npz`"];
+        place.refused(&["simulate", "door", "--out", out], USAGE, &message);
+    }
+    let message = ["r.csv: cannot be written", "a file is where a folder is needed"];
+    place.refused(&["simulate", "door", "--out", "r.csv/x.csv"], DATA, &message);
+    fs::create_dir(place.path("folder.csv")).expect("made");
+    let message = ["folder.csv: cannot be written", "a folder has this name"];
+    place.refused(&["simulate", "door", "--out", "folder.csv"], DATA, &message);
+    fs::create_dir(place.path("truth.json")).expect("made");
+    let message = ["truth.json: cannot be written", "a folder has this name"];
+    place.refused(&["simulate", "door", "--out", "x.csv"], DATA, &message);
+}
+
+#[test]
+fn simulation_options_out_of_range_are_named_as_they_were_typed() {
+    let place = Place::new();
+    let refused = |options: &[&str], message: &[&str]| {
+        place.refused(&[&["simulate", "revolute", "--out", "r.csv"], options].concat(), USAGE, message);
+    };
+    for (option, value, range) in [
+        ("--frames", "1", "2 to 1000000"),
+        ("--features", "0", "1 to 10000"),
+        ("--noise", "-1", "0 to 10 m"),
+        ("--noise", "NaN", "0 to 10 m"),
+        ("--depth-noise", "-1", "0 to"),
+        ("--dropout", "1", "at least 0 and less than 1"),
+        ("--outlier-features", "1.5", "0 to 1"),
+        ("--outlier-samples", "-0.1", "0 to 1"),
+        ("--sweep-deg", "0", "0.000001 to 36000 degrees"),
+        ("--travel", "11", "0.000001 to 10 m"),
+        ("--scale", "0", "0.01 to 100"),
+        ("--depth-gain", "-0.6", "0.01 to 100"),
+    ] {
+        refused(&[option, value], &[&*format!("{option} must be {range}"), &*format!("found {value}")]);
+    }
+    refused(&["--frames", "many"], &["invalid value 'many' for '--frames <FRAMES>'"]);
+    refused(&["--seed", "-1"], &["invalid value '-1' for '--seed <SEED>'"]);
+    refused(&["--monocular"], &["--monocular does not apply to scene `revolute`", "leave it out"]);
+    let message = ["--frames times --features must be at most 10000000", "found 10000000000", "lower one of them"];
+    refused(&["--frames", "1000000", "--features", "10000"], &message);
+    let fast = ["--sweep-deg", "36000", "--frames", "10"];
+    refused(&fast, &["from one frame to the next", "raise --frames or lower --sweep-deg"]);
+    let gone = ["--dropout", "0.999", "--features", "1", "--frames", "2"];
+    refused(&gone, &["lost all its samples", "lower --dropout"]);
+}
+
+#[test]
+fn the_last_seed_there_is_can_be_reproduced() {
+    let place = Place::new();
+    let last = u64::MAX.to_string();
+    let table = place.done(&["reproduce", "table2", "--runs", "2", "--seed", &last]);
+    assert!(table.contains("2 runs each"), "{table}");
+    place.refused(&["reproduce", "table2", "--runs", "0"], USAGE, &["invalid value '0' for '--runs <RUNS>'"]);
+}
+
+#[test]
+fn golden_files_name_no_place_of_a_machine() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut checked = 0;
+    for entry in fs::read_dir(folder.join("tests/golden")).expect("golden files") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|extension| extension == "trycmd") {
+            let text = fs::read_to_string(&path).expect("text");
+            assert!(!text.contains(&*folder.to_string_lossy()) && !text.contains('\u{1b}'), "{}", path.display());
+            checked += 1;
+        }
+    }
+    assert!(checked > 0);
+}
