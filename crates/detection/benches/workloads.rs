@@ -39,11 +39,11 @@ fn sum_of_coordinates(tracks: &Tracks) -> f64 {
 }
 
 fn registration(criterion: &mut Criterion) {
-    const FRAMES: usize = 20_000;
+    const FRAMES: usize = 100_000;
     const FEATURES: usize = 50;
     let workload = registrations(FRAMES, FEATURES, 1001).expect("a workload");
     let (reference, tracks) = (&workload.reference, &workload.tracks);
-    for frame in (0..FRAMES).step_by(97) {
+    for frame in (0..FRAMES).step_by(997) {
         let ours = register(reference.iter().zip(tracks.frame(frame))).expect("solvable");
         let theirs = by_svd(reference, tracks.frame(frame)).expect("solvable");
         assert!(ours.rotation.angle_to(&theirs.rotation) < SAME, "frame {frame}");
@@ -88,11 +88,11 @@ fn detection(criterion: &mut Criterion) {
     let catalog = Catalog::linked().expect("unique names");
     let detector = Detector::new(Configuration::parse(THESIS, &catalog).expect("valid"));
     let one_pair = hinge(437, 40, 1002).expect("a workload").recording;
-    let all_pairs = kitchen(10, 1000, 40, 1003).expect("a workload").recording;
+    let all_pairs = kitchen(50, 1000, 40, 1003).expect("a workload").recording;
     let mut group = criterion.benchmark_group("thesis detection");
     group.sample_size(10);
     for (name, recording) in
-        [("W2 one pair, 437 frames of 40 features", one_pair), ("W3 45 pairs, 1000 frames of 40 features", all_pairs)]
+        [("W2 one pair, 437 frames of 40 features", one_pair), ("W3 1225 pairs, 1000 frames of 40 features", all_pairs)]
     {
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");

@@ -203,7 +203,6 @@ fn linked(tracks: &Tracks, (start, mut latest): (usize, Shape)) -> Vec<Option<Po
 fn first(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
     let (start, shape) = start(tracks, 0..tracks.frames())?;
     let mut poses: Vec<_> = (0..tracks.frames()).map(|frame| pose_of(tracks, frame, &shape).ok()).collect();
-    poses[..=start].fill(None);
     poses[start] = Some(Pose::identity());
     Ok(poses)
 }
