@@ -2,23 +2,17 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
+use nalgebra::{Point3, SymmetricEigen};
 
-use crate::{
-    Body, MotionSettings, NoiseSetting, Observation, Pose, Registration, RegistrationError, Tracks, noise, register,
-};
+use crate::poses::{Shape, chained, chained_from_the_best, first, settle, spread};
+use crate::{Body, MotionSettings, NoiseSetting, Observation, Pose, Registration, Tracks, noise};
 
 /// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
 const SHAPE_ROUNDS: usize = 50;
-/// Change of the shape, as a share of its size, at which the alternation has converged.
-const SHAPE_CONVERGED: f64 = 1e-11;
 /// Rounds that bring the shape behind `chained` and `first` poses close enough to measure noise.
 const NOISE_ROUNDS: usize = 3;
 /// Uncertainty of the turn about the features' line above which that turn counts as unobserved, radians.
 const VAGUE_TURN: f64 = 0.3;
-
-/// Positions of the features in the body's coordinates, metres, where known.
-type Shape = Vec<Option<Point3<f64>>>;
 
 /// The motion of one body over the frames of a recording.
 ///
@@ -146,123 +140,6 @@ fn virtual_features(tracked: &[Option<Pose>], radius: f64) -> Tracks {
     Tracks::new(4, positions.collect()).expect("four positions per frame")
 }
 
-/// Registers a frame to the known positions of features in the body's coordinates.
-fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Pose, RegistrationError> {
-    register(tracks.seen(frame).filter_map(|(feature, target)| Some((shape[feature].as_ref()?, target))))
-}
-
-/// The first of `frames` that can be posed, and its features' positions, which define the body's coordinates.
-fn start(tracks: &Tracks, frames: impl Iterator<Item = usize>) -> Result<(usize, Shape), RegistrationError> {
-    let mut refusal = RegistrationError::TooFewPoints { found: 0 };
-    for frame in frames {
-        let shape: Shape = (0..tracks.features()).map(|feature| tracks.get(frame, feature).copied()).collect();
-        match pose_of(tracks, frame, &shape) {
-            Ok(_) => return Ok((frame, shape)),
-            Err(collinear @ RegistrationError::Collinear { .. }) => refusal = collinear,
-            Err(RegistrationError::TooFewPoints { found }) => {
-                if let RegistrationError::TooFewPoints { found: most } = &mut refusal {
-                    *most = found.max(*most);
-                }
-            }
-        }
-    }
-    Err(refusal)
-}
-
-/// Thesis Algorithm 3: every frame to the one before, from the first one.
-fn chained(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
-    Ok(linked(tracks, start(tracks, 0..tracks.frames())?))
-}
-
-/// As [`chained`], both ways from the frame that shows most features, so that a poor first frame does not cut it off.
-fn chained_from_the_best(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
-    let mut frames: Vec<usize> = (0..tracks.frames()).collect();
-    frames.sort_by_key(|&frame| std::cmp::Reverse(tracks.seen_count(frame)));
-    Ok(linked(tracks, start(tracks, frames.into_iter())?))
-}
-
-/// Registers frame after frame to the features' latest positions, forwards and then backwards from the start.
-///
-/// Registering to latest positions carried back into the body's coordinates is the same least squares problem as
-/// registering to the previous frame and composing; and a feature or a whole body that was lost for some frames is
-/// taken up where it was last seen.
-fn linked(tracks: &Tracks, (start, mut latest): (usize, Shape)) -> Vec<Option<Pose>> {
-    let mut poses = vec![None; tracks.frames()];
-    poses[start] = Some(Pose::identity());
-    for frame in (start + 1..tracks.frames()).chain((0..start).rev()) {
-        let Ok(pose) = pose_of(tracks, frame, &latest) else { continue };
-        for (feature, position) in tracks.seen(frame) {
-            latest[feature] = Some(pose.inverse_transform_point(position));
-        }
-        poses[frame] = Some(pose);
-    }
-    poses
-}
-
-/// Every frame to the first one, by the features that the first one shows.
-fn first(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
-    let (start, shape) = start(tracks, 0..tracks.frames())?;
-    let mut poses: Vec<_> = (0..tracks.frames()).map(|frame| pose_of(tracks, frame, &shape).ok()).collect();
-    poses[start] = Some(Pose::identity());
-    Ok(poses)
-}
-
-/// Alternates between the mean shape and the poses that fit it (generalised Procrustes analysis), until the shape
-/// rests; then moves the coordinates so that the first pose is the identity.
-fn settle(tracks: &Tracks, mut poses: Vec<Option<Pose>>, rounds: usize) -> (Vec<Option<Pose>>, Shape) {
-    let mut shape = mean_shape(tracks, &poses);
-    for _ in 0..rounds {
-        for (frame, pose) in poses.iter_mut().enumerate() {
-            *pose = pose_of(tracks, frame, &shape).ok();
-        }
-        let next = mean_shape(tracks, &poses);
-        let (change, size) = (change(&shape, &next), spread(&next).trace().sqrt());
-        shape = next;
-        if change <= SHAPE_CONVERGED * size {
-            break;
-        }
-    }
-    if let Some(start) = poses.iter().flatten().next().copied() {
-        for pose in poses.iter_mut().flatten() {
-            *pose *= start.inverse();
-        }
-        for position in shape.iter_mut().flatten() {
-            *position = start * *position;
-        }
-    }
-    (poses, shape)
-}
-
-/// Mean of every feature's positions in the body's coordinates; exact repetitions of a frame count once.
-fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
-    let mut sums = vec![(0.0, Vector3::zeros()); tracks.features()];
-    for (frame, pose) in noise::fresh(tracks, poses) {
-        for (feature, position) in tracks.seen(frame) {
-            let (count, sum) = &mut sums[feature];
-            *count += 1.0;
-            *sum += pose.inverse_transform_point(position).coords;
-        }
-    }
-    sums.into_iter().map(|(count, sum)| (count > 0.0).then(|| Point3::from(sum / count))).collect()
-}
-
-/// Largest distance that a feature's position moved, metres.
-fn change(before: &Shape, after: &Shape) -> f64 {
-    let moved = |(a, b): (&Option<Point3<f64>>, &Option<Point3<f64>>)| match (a, b) {
-        (Some(a), Some(b)) => nalgebra::distance(a, b),
-        (None, None) => 0.0,
-        _ => f64::INFINITY,
-    };
-    before.iter().zip(after).map(moved).fold(0.0, f64::max)
-}
-
-/// Scatter matrix of the shape about its centroid, m².
-fn spread(shape: &Shape) -> Matrix3<f64> {
-    let known = || shape.iter().flatten().map(|p| p.coords);
-    let centroid = known().sum::<Vector3<f64>>() / known().count().max(1) as f64;
-    known().map(|x| x - centroid).map(|x| x * x.transpose()).sum()
-}
-
 /// Says so if noise of `sigma` metres leaves the turn about the features' line unknown.
 fn vague_turn(shape: &Shape, sigma: Option<f64>) -> Option<String> {
     let mut values: Vec<f64> = SymmetricEigen::new(spread(shape)).eigenvalues.iter().copied().collect();
@@ -280,7 +157,7 @@ fn vague_turn(shape: &Shape, sigma: Option<f64>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Translation3;
+    use nalgebra::{Translation3, Vector3};
 
     fn settings(registration: Registration) -> MotionSettings {
         MotionSettings { registration, ..MotionSettings::default() }

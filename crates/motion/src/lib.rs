@@ -20,6 +20,7 @@ mod body_motion;
 mod error;
 mod extent;
 mod noise;
+mod poses;
 mod recording;
 mod registration;
 mod relative_motion;
