@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use jointscope_models::{Axis, Confidence, Joint};
-use jointscope_motion::{Body, BodyMotion, MotionError, Recording, RelativeMotion, RelativeMotionError};
+use jointscope_models::{Axis, Confidence, JointModel};
+use jointscope_motion::{Body, BodyMotion, MotionError, Observation, Recording, RelativeMotion, RelativeMotionError};
 use jointscope_scoring::{Findings, Verdict};
 use rayon::prelude::*;
 
@@ -59,9 +59,12 @@ impl Detector {
         let bodies = recording.bodies();
         let settings = &self.configuration.motion;
         let motions: Vec<BodyMotion<'_>> = bodies.par_iter().map(|body| BodyMotion::of(body, settings)).collect();
+        let outliers: Vec<Option<String>> = motions.iter().map(|motion| outlier(&recording, motion)).collect();
         let done = AtomicUsize::new(0);
         let judge = |&(reference, moving): &Pair| {
-            let judged = self.judge(&motions[reference], &motions[moving]);
+            let mut judged = self.judge(&motions[reference], &motions[moving]);
+            let wild = [reference, moving].into_iter().filter_map(|body| outliers[body].clone());
+            judged.notes.extend(wild.inspect(|_| judged.determined = false));
             watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
             judged
         };
@@ -129,8 +132,9 @@ impl Detector {
 
     fn fit(&self, pair: &mut PairDetection, motion: &RelativeMotion<'_>, swapped: bool) {
         pair.frames_used = motion.frames().len();
-        let fits = self.configuration.models.iter().map(|named| (named.name.clone(), named.model.fit(motion)));
-        pair.models = fits.collect();
+        let frames = motion.recording_frames();
+        let fit = |model: &dyn JointModel| model.fit(motion).and_then(|fit| fit.sound(frames));
+        pair.models = self.configuration.models.iter().map(|named| (named.name.clone(), fit(&*named.model))).collect();
         let confidence = |finding: &ModelFinding| finding.as_ref().map_or(Confidence::ZERO, |fit| fit.confidence);
         let findings: Findings =
             pair.models.iter().map(|(name, finding)| (name.clone(), confidence(finding))).collect();
@@ -146,18 +150,35 @@ impl Detector {
         let doubts = doubts(motion, &verdict, &pair.models);
         pair.determined = doubts.is_empty();
         pair.notes.extend(doubts);
-        if let Some(Ok(fit)) = pair.models.get(&verdict.joint) {
-            let Joint { axis, positions } = fit.joint.clone();
-            let other_side = motion.moving_from_reference();
-            let carried =
-                axis.zip(other_side).map(|(axis, moving_from_reference)| axis.seen_from(&moving_from_reference));
-            // Seen from the other body the joint moves backwards: the same positions along the opposite direction.
-            (pair.axis, pair.axis_in_moving) =
-                if swapped { (carried.map(opposite), axis.map(opposite)) } else { (axis, carried) };
-            pair.positions = positions;
+        let other_side = motion.moving_from_reference();
+        for (name, fit) in pair.models.iter_mut().filter_map(|(name, finding)| Some((name, finding.as_mut().ok()?))) {
+            let mut carried = fit.joint.axis.zip(other_side).map(|(axis, other_side)| axis.seen_from(&other_side));
+            if swapped {
+                // Seen from the other body the joint moves backwards: the same positions along the opposite direction.
+                (fit.joint.axis, carried) = (carried.map(opposite), fit.joint.axis.map(opposite));
+            }
+            if *name == verdict.joint {
+                (pair.axis, pair.axis_in_moving) = (fit.joint.axis, carried);
+                pair.positions.clone_from(&fit.joint.positions);
+            }
         }
         pair.verdict = verdict;
     }
+}
+
+/// Says which sample of a body is wild, and what to do.
+fn outlier(recording: &Recording, motion: &BodyMotion<'_>) -> Option<String> {
+    let body = recording.bodies().iter().find(|body| body.name() == motion.name())?;
+    let (Observation::Points { labels, .. }, outlier) = (body.observation(), motion.outlier()?) else { return None };
+    Some(format!(
+        "{}: feature `{}` in frame {} is {:.3} m from where the rest of the body puts it, with a noise of {:.4} m; \
+         such samples spoil verdicts and axes, leave them out",
+        motion.name(),
+        labels[outlier.feature],
+        recording.frame_numbers()[outlier.frame],
+        outlier.distance,
+        outlier.noise
+    ))
 }
 
 fn opposite(axis: Axis) -> Axis {

@@ -37,6 +37,31 @@ impl JointFit {
         self
     }
 
+    /// Refuses what no fit may contain, which would be a fault of the model: NaN, or positions for another number of
+    /// frames than the recording's.
+    ///
+    /// # Errors
+    /// [`FitError::Fault`].
+    pub fn sound(self, frames: usize) -> Result<Self, FitError> {
+        let fault = |what: String| Err(FitError::Fault { what });
+        if let Some((part, _)) = self.parts.iter().find(|(_, value)| value.is_nan()) {
+            return fault(format!("its part `{part}` is not a number"));
+        }
+        if self.residual_rms.is_some_and(|rms| !rms.is_finite()) {
+            return fault("its residual is not a number".into());
+        }
+        if let Some(axis) = &self.joint.axis {
+            let numbers = axis.point.iter().chain(axis.direction.iter().flat_map(|d| d.iter())).chain(&axis.pitch);
+            if numbers.into_iter().any(|x| !x.is_finite()) {
+                return fault("its axis is not made of numbers".into());
+            }
+        }
+        match self.joint.positions.as_ref().map(|positions| positions.iter().count()) {
+            Some(rows) if rows != frames => fault(format!("it gives {rows} positions for {frames} frames")),
+            _ => Ok(self),
+        }
+    }
+
     /// States how far the samples are from the joint, metres.
     #[must_use]
     pub fn with_residual(mut self, rms: f64) -> Self {
@@ -159,6 +184,12 @@ pub enum FitError {
         /// What was found instead.
         found: String,
     },
+    /// The model computed something that no fit may contain: a bug in the model.
+    #[error("the model is at fault: {what}")]
+    Fault {
+        /// What is wrong.
+        what: String,
+    },
     /// The model computed something that is no confidence: a bug in the model.
     #[error(transparent)]
     NotAConfidence(#[from] NotAConfidence),
@@ -167,6 +198,21 @@ pub enum FitError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_not_a_number_is_a_fault_of_the_model() {
+        let fit = |joint| JointFit::new(Confidence::ONE, joint);
+        let axis = Axis { point: Point3::new(0.0, f64::NAN, 0.0), direction: None, pitch: None };
+        for broken in [
+            fit(Joint::default()).with_part("p", f64::NAN),
+            fit(Joint::default()).with_residual(f64::INFINITY),
+            fit(Joint { axis: Some(axis), positions: None }),
+            fit(Joint { axis: None, positions: Some(Positions::of_one_freedom([Some(0.0)])) }),
+        ] {
+            assert!(matches!(broken.sound(2), Err(FitError::Fault { .. })));
+        }
+        assert!(fit(Joint::default()).with_part("p", f64::INFINITY).sound(2).is_ok());
+    }
 
     #[test]
     fn ranges_skip_frames_that_are_not_seen() {

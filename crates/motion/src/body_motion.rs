@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use nalgebra::{Point3, SymmetricEigen};
 
 use crate::poses::{Shape, chained, chained_from_the_best, first, settle, spread};
-use crate::{Body, MotionSettings, NoiseSetting, Observation, Pose, Registration, Tracks, noise};
+use crate::{Body, MotionSettings, NoiseSetting, Observation, Pose, Registration, Tracks, noise, noise::Residuals};
 
 /// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
 const SHAPE_ROUNDS: usize = 50;
@@ -13,6 +13,11 @@ const SHAPE_ROUNDS: usize = 50;
 const NOISE_ROUNDS: usize = 3;
 /// Uncertainty of the turn about the features' line above which that turn counts as unobserved, radians.
 const VAGUE_TURN: f64 = 0.3;
+/// Distance, in standard deviations of a coordinate, that noise does not explain: of a million Gaussian samples not one
+/// is beyond 6.
+const WILD: f64 = 10.0;
+/// Distance, as a share of the body's size, that rounding explains.
+const ROUNDING: f64 = 1e-9;
 
 /// The motion of one body over the frames of a recording.
 ///
@@ -26,6 +31,7 @@ pub struct BodyMotion<'r> {
     poses: Vec<Option<Pose>>,
     unposed: Option<String>,
     noise: Noise,
+    outlier: Option<Outlier>,
 }
 
 /// Estimated or given noise of a body's observations.
@@ -35,6 +41,27 @@ pub struct Noise {
     pub position: Option<f64>,
     /// Standard deviation of one coordinate of a rotation vector, radians; only for bodies given as poses.
     pub rotation: Option<f64>,
+}
+
+/// A sample that noise does not explain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outlier {
+    /// Its frame.
+    pub frame: usize,
+    /// Its feature.
+    pub feature: usize,
+    /// How far it is from where the rest of the body puts it, metres.
+    pub distance: f64,
+    /// Noise of a coordinate in a typical frame, metres.
+    pub noise: f64,
+}
+
+impl Outlier {
+    fn among(residuals: &Residuals, shape: &Shape) -> Option<Self> {
+        let ((frame, feature, distance), noise) = residuals.worst.zip(residuals.typical)?;
+        let wild = distance > (WILD * noise).max(ROUNDING * spread(shape).trace().sqrt());
+        wild.then_some(Self { frame, feature, distance, noise })
+    }
 }
 
 impl<'r> BodyMotion<'r> {
@@ -59,11 +86,13 @@ impl<'r> BodyMotion<'r> {
             Registration::First => first(tracks),
             Registration::Shape => chained_from_the_best(tracks).map(|poses| settle(tracks, poses, SHAPE_ROUNDS).0),
         };
+        let mut outlier = None;
         let (mut poses, mut unposed, mut position) = match registered {
             Ok(poses) => {
                 let (settled, shape) = settle(tracks, poses.clone(), NOISE_ROUNDS);
-                let position = noise::from_residuals(tracks, &settled, &shape);
-                (poses, vague_turn(&shape, position), position)
+                let residuals = Residuals::of(tracks, &settled, &shape);
+                outlier = Outlier::among(&residuals, &shape);
+                (poses, vague_turn(&shape, residuals.typical), residuals.sigma)
             }
             Err(reason) => (vec![None; tracks.frames()], Some(reason.to_string()), None),
         };
@@ -77,7 +106,7 @@ impl<'r> BodyMotion<'r> {
         if let Some(reason) = &mut unposed {
             reason.insert_str(0, "its orientation is not observed: ");
         }
-        Self { name, tracks: Cow::Borrowed(tracks), poses, unposed, noise: Noise { position, rotation: None } }
+        Self { name, tracks: Cow::Borrowed(tracks), poses, unposed, noise: Noise { position, rotation: None }, outlier }
     }
 
     fn of_poses(name: &'r str, tracked: &[Option<Pose>], settings: &MotionSettings) -> Self {
@@ -92,6 +121,7 @@ impl<'r> BodyMotion<'r> {
             poses: tracked.iter().map(|pose| Some(pose.as_ref()? * start.inverse())).collect(),
             unposed: None,
             noise: Noise { position, rotation: noise::of_rotations(tracked) },
+            outlier: None,
         }
     }
 
@@ -118,6 +148,13 @@ impl<'r> BodyMotion<'r> {
     /// Noise of its observations.
     pub fn noise(&self) -> Noise {
         self.noise
+    }
+
+    /// The wildest sample, if it is so far from the rest of the body that noise cannot explain it.
+    ///
+    /// Least squares bends the frame's pose towards such a sample, and verdicts and axes with it.
+    pub fn outlier(&self) -> Option<Outlier> {
+        self.outlier
     }
 
     /// The first frame in which the body has a pose: there its coordinates are the recording's.
@@ -257,6 +294,21 @@ mod tests {
         assert_eq!(motion.tracks().seen_count(4), 0);
         let origin = Point3::from(truth(3).translation.vector);
         assert!((nalgebra::distance(&origin, &motion.tracks().frame(3)[2]) - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_wild_sample_is_found_and_does_not_make_a_body_collinear() {
+        let seen = body(&box_corners(), 30, |_, _| true);
+        let Observation::Points { labels, tracks } = seen.observation() else { panic!("points") };
+        assert_eq!(BodyMotion::of(&seen, &MotionSettings::default()).outlier(), None);
+        let mut positions: Vec<_> = (0..30).flat_map(|frame| tracks.frame(frame).to_vec()).collect();
+        positions[8 * 17 + 5].z += 5.0;
+        let tracks = Tracks::new(8, positions).expect("full");
+        let wild = Body::from_points("wild", labels.clone(), tracks).expect("seen");
+        let motion = BodyMotion::of(&wild, &MotionSettings::default());
+        let outlier = motion.outlier().expect("found");
+        assert_eq!((outlier.frame, outlier.feature, motion.unposed()), (17, 5, None));
+        assert!(outlier.distance > 1.0, "{outlier:?}");
     }
 
     #[test]

@@ -81,7 +81,7 @@ pub enum MotionError {
         second: u64,
     },
     /// The times do not fit the frames.
-    #[error("the times of a recording must be one finite number per frame: {detail}")]
+    #[error("the times of a recording must be one finite number per frame and never fall: {detail}")]
     Times {
         /// What was found.
         detail: String,

@@ -28,7 +28,7 @@ mod settings;
 mod tracks;
 
 pub use body::{Body, Observation};
-pub use body_motion::{BodyMotion, Noise};
+pub use body_motion::{BodyMotion, Noise, Outlier};
 pub use error::MotionError;
 pub use extent::{extent, path_length};
 pub use recording::Recording;

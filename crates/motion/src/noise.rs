@@ -9,29 +9,57 @@ const THIRD_DIFFERENCE: f64 = 20.0;
 /// Median absolute value of a standard normal variable.
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
-/// Standard deviation of one coordinate, in metres, from the residuals of a registration to a shape.
-///
-/// *Definition.* `σ² = Σ |x - G s|² / dof` over the samples used, `dof = 3 n - 6 frames - 3 features + 6`: six per
-/// pose and three per feature of the shape are fitted, less the six of the coordinates' choice. Exact repetitions of
-/// a frame say nothing about noise and count once. `None` where nothing is left to tell noise by.
-pub(crate) fn from_residuals(tracks: &Tracks, poses: &[Option<Pose>], shape: &[Option<Point3<f64>>]) -> Option<f64> {
-    let mut used = vec![false; shape.len()];
-    let (mut samples, mut frames, mut sum) = (0_usize, 0_usize, 0.0);
-    for (frame, pose) in fresh(tracks, poses) {
-        frames += 1;
-        for (feature, position) in tracks.seen(frame) {
-            let Some(expected) = &shape[feature] else { continue };
-            used[feature] = true;
-            samples += 1;
-            sum += (position - pose * expected).norm_squared();
+/// What the residuals of a registration to a shape tell.
+pub(crate) struct Residuals {
+    /// Standard deviation of one coordinate, metres; `None` where nothing is left to tell noise by.
+    ///
+    /// *Definition.* `σ² = Σ |x - G s|² / dof` over the samples used, `dof = 3 n - 6 frames - 3 features + 6`: six per
+    /// pose and three per feature of the shape are fitted, less the six of the coordinates' choice. Exact repetitions
+    /// of a frame say nothing about noise and count once.
+    pub(crate) sigma: Option<f64>,
+    /// The same in a typical frame, metres: the median over frames, which a few wild samples do not move.
+    pub(crate) typical: Option<f64>,
+    /// The sample farthest from where the body's shape puts it: frame, feature, distance in metres.
+    pub(crate) worst: Option<(usize, usize, f64)>,
+}
+
+impl Residuals {
+    pub(crate) fn of(tracks: &Tracks, poses: &[Option<Pose>], shape: &[Option<Point3<f64>>]) -> Self {
+        let mut used = vec![false; shape.len()];
+        let (mut samples, mut frames, mut sum) = (0_usize, 0_usize, 0.0);
+        let (mut of_frames, mut worst) = (Vec::new(), None);
+        for (frame, pose) in fresh(tracks, poses) {
+            let (mut here, mut squares) = (0_usize, 0.0);
+            for (feature, position) in tracks.seen(frame) {
+                let Some(expected) = &shape[feature] else { continue };
+                let square = (position - pose * expected).norm_squared();
+                used[feature] = true;
+                here += 1;
+                squares += square;
+                if worst.is_none_or(|(_, _, most)| square > most) {
+                    worst = Some((frame, feature, square));
+                }
+            }
+            frames += 1;
+            samples += here;
+            sum += squares;
+            if here > 3 {
+                of_frames.push((squares / (3 * here - 6) as f64).sqrt());
+            }
         }
+        let features = used.iter().filter(|used| **used).count();
+        let freedom = (3 * samples + 6).saturating_sub(6 * frames + 3 * features);
+        let never_changes =
+            frames == 1 && tracks.frames() > 1 && (1..tracks.frames()).all(|t| tracks.repeats_previous(t));
+        let sigma = if freedom > 0 { Some((sum / freedom as f64).sqrt()) } else { never_changes.then_some(0.0) };
+        let worst = worst.map(|(frame, feature, square)| (frame, feature, square.sqrt()));
+        Self { sigma, typical: median(of_frames).or(sigma), worst }
     }
-    let features = used.iter().filter(|used| **used).count();
-    let freedom = (3 * samples + 6).checked_sub(6 * frames + 3 * features)?;
-    if freedom == 0 && frames <= 1 && tracks.frames() > 1 && (1..tracks.frames()).all(|t| tracks.repeats_previous(t)) {
-        return Some(0.0);
-    }
-    (freedom > 0).then(|| (sum / freedom as f64).sqrt())
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// The posed frames that are observations of their own: an exact repetition of the frame before says nothing new.
@@ -72,17 +100,12 @@ fn robust_sigma<F>(series: &[Option<Vector3<f64>>], third_difference: F, window:
 where
     F: Fn(&[Vector3<f64>]) -> Vector3<f64>,
 {
-    let mut sizes: Vec<f64> = series
+    let sizes: Vec<f64> = series
         .windows(window)
         .filter_map(|w| w.iter().copied().collect::<Option<Vec<_>>>())
         // A repeated frame is not a fresh observation.
         .filter(|w| w.windows(2).all(|pair| pair[0] != pair[1]) || w.iter().all(|x| *x == w[0]))
         .flat_map(|w| third_difference(&w).abs().data.0[0])
         .collect();
-    if sizes.is_empty() {
-        return None;
-    }
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median / NORMAL_MEDIAN / THIRD_DIFFERENCE.sqrt())
+    Some(median(sizes)? / NORMAL_MEDIAN / THIRD_DIFFERENCE.sqrt())
 }

@@ -31,7 +31,11 @@ impl Recording {
         }
         if let Some(times) = &times {
             let detail = if times.len() == frame_numbers.len() {
-                times.iter().find(|time| !time.is_finite()).map(|time| format!("found {time}"))
+                let unknown = times.iter().find(|time| !time.is_finite()).map(|time| format!("found {time}"));
+                let fall = times.windows(2).position(|pair| pair[0] > pair[1]);
+                let falling = fall
+                    .map(|i| format!("{} s in frame {} follows {} s", times[i + 1], frame_numbers[i + 1], times[i]));
+                unknown.or(falling)
             } else {
                 Some(format!("found {} times for {} frames", times.len(), frame_numbers.len()))
             };
@@ -107,6 +111,8 @@ mod tests {
         );
         assert_eq!(Recording::new(vec![3, 3], None, bodies()), Err(MotionError::FrameOrder { first: 3, second: 3 }));
         assert_eq!(Recording::new(vec![], None, bodies()), Err(MotionError::Empty));
+        let falling = Recording::new(vec![5, 7], Some(vec![1.0, 0.5]), bodies()).expect_err("refused").to_string();
+        assert!(falling.ends_with("0.5 s in frame 7 follows 1 s"), "{falling}");
     }
 
     #[test]

@@ -79,6 +79,8 @@ struct Noise {
 struct Model<'d> {
     confidence: f64,
     parts: BTreeMap<&'static str, f64>,
+    axis: Option<AxisParts>,
+    position_range: Option<Ranges>,
     residual_rms: Option<f64>,
     parameters: Option<usize>,
     log_evidence: Option<f64>,
@@ -142,6 +144,8 @@ impl<'d> Model<'d> {
             Ok(fit) => Self {
                 confidence: fit.confidence.value(),
                 parts: fit.parts.clone(),
+                axis: fit.joint.axis.map(axis_parts),
+                position_range: fit.joint.positions.as_ref().and_then(ranges),
                 residual_rms: fit.residual_rms,
                 parameters: fit.evidence.map(|evidence| evidence.parameters),
                 log_evidence: fit.evidence.map(|e| -0.5 * (e.chi_squared + e.configuration_cost)),
@@ -151,6 +155,8 @@ impl<'d> Model<'d> {
             Err(error) => Self {
                 confidence: 0.0,
                 parts: BTreeMap::new(),
+                axis: None,
+                position_range: None,
                 residual_rms: None,
                 parameters: None,
                 log_evidence: None,

@@ -11,7 +11,7 @@ const NAMED_PAIRS: usize = 4;
 
 /// The detection as a table with one row per pair, followed by the notes.
 ///
-/// *Convention.* Lengths in metres, angles in degrees. A `?` behind a joint means that the data do not decide. A note
+/// *Convention.* Lengths in metres, angles in degrees. A `?` behind a joint means that it is not determined. A note
 /// that several pairs have in common is given once, under the names of the pairs.
 pub fn to_table(detection: &Detection) -> String {
     let bodies = count(detection.bodies.len(), "body", "bodies");
@@ -46,7 +46,7 @@ pub fn to_table(detection: &Detection) -> String {
         text.push('\n');
     }
     if detection.pairs.iter().any(|pair| !pair.determined) {
-        text += "\n? the data do not decide: the notes say why\n";
+        text += "\n? not determined: the notes say why\n";
     }
     text + &notes(&detection.pairs)
 }

@@ -1,6 +1,7 @@
 //! `simulate`: a recording of a scene, and the truth about it.
 
 use std::{
+    fs,
     io::Cursor,
     path::{Path, PathBuf},
 };
@@ -91,7 +92,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if !folder.as_os_str().is_empty() {
         output::make_folder(folder)?;
     }
-    output::write_files(&[(&arguments.out, &recording), (&folder.join("truth.json"), truth.as_bytes())])
+    let beside = folder.join("truth.json");
+    let of_another = fs::read(&beside).is_ok_and(|other| other != truth.as_bytes());
+    if of_another && !arguments.out.exists() {
+        let error = format!("{}: there already, and true of another recording", beside.display());
+        return Err(Failure::data_with_help(error, "write this one into a folder of its own"));
+    }
+    output::write_files(&[(&arguments.out, &recording), (&beside, truth.as_bytes())])
 }
 
 /// Refuses what would not fit into memory: both numbers are in range, but their product is not.

@@ -18,6 +18,18 @@ fn a_simulation_is_written_with_its_truth_and_can_be_read() {
 }
 
 #[test]
+fn a_simulation_does_not_take_the_truth_of_another_recording() {
+    let place = Place::new();
+    place.done(&["simulate", "door", "--out", "a.csv", "--frames", "20"]);
+    place.refused(
+        &["simulate", "fridge", "--out", "b.csv", "--frames", "20"],
+        DATA,
+        &["true of another recording", "folder"],
+    );
+    place.done(&["simulate", "fridge", "--out", "a.csv", "--frames", "20"]);
+}
+
+#[test]
 fn a_simulation_needs_a_place_and_an_extension_that_tells_the_format() {
     let place = Place::with(door());
     for out in ["x.log", "x.xyz", "x"] {
