@@ -112,3 +112,26 @@ fn the_readme_shows_what_its_commands_print() {
         );
     }
 }
+
+#[test]
+fn every_link_between_documents_leads_somewhere() {
+    let mut checked = 0;
+    for document in [
+        "README.md",
+        "ARCHITECTURE.md",
+        "CONTRIBUTING.md",
+        "CHANGELOG.md",
+        "docs/configuration.md",
+        "docs/formats.md",
+        "docs/performance.md",
+    ] {
+        let path = Path::new(PROJECT).join(document);
+        let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{document}: {error}"));
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let target = path.parent().expect("a folder").join(link.split('#').next().unwrap_or_default());
+            assert!(target.exists(), "{document} links {link}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 10);
+}

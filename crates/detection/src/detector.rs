@@ -60,11 +60,13 @@ impl Detector {
         let settings = &self.configuration.motion;
         let motions: Vec<BodyMotion<'_>> = bodies.par_iter().map(|body| BodyMotion::of(body, settings)).collect();
         let outliers: Vec<Option<String>> = motions.iter().map(|motion| outlier(&recording, motion)).collect();
+        let distances: Vec<Option<String>> = motions.par_iter().map(far_away).collect();
         let done = AtomicUsize::new(0);
         let judge = |&(reference, moving): &Pair| {
             let mut judged = self.judge(&motions[reference], &motions[moving]);
             let wild = [reference, moving].into_iter().filter_map(|body| outliers[body].clone());
             judged.notes.extend(wild.inspect(|_| judged.determined = false));
+            judged.notes.extend([reference, moving].into_iter().filter_map(|body| distances[body].clone()));
             watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
             judged
         };
@@ -179,6 +181,18 @@ fn outlier(recording: &Recording, motion: &BodyMotion<'_>) -> Option<String> {
         outlier.distance,
         outlier.noise
     ))
+}
+
+/// Says so if a body is so far away that its unit is likely wrong.
+fn far_away(motion: &BodyMotion<'_>) -> Option<String> {
+    /// Metres; no camera or marker system looks so far.
+    const FAR: f64 = 200.0;
+    let tracks = motion.tracks();
+    let largest =
+        (0..tracks.frames()).flat_map(|frame| tracks.frame(frame)).map(|p| p.coords.amax()).fold(0.0, f64::max);
+    let name = motion.name();
+    (largest > FAR)
+        .then(|| format!("{name}: coordinates reach {largest:.3e} m; if the file is not in metres, give its `unit`"))
 }
 
 fn opposite(axis: Axis) -> Axis {
