@@ -24,6 +24,49 @@ pub struct Detector {
 /// Two bodies of a recording, by their index, the reference first.
 type Pair = (usize, usize);
 
+/// A body's motion, and what must be said of it in every pair that it is in.
+struct Watched<'r> {
+    motion: BodyMotion<'r>,
+    notes: Vec<String>,
+    /// Why no pair of this body is determined, if so.
+    doubt: Option<String>,
+}
+
+impl<'r> Watched<'r> {
+    fn of(motion: BodyMotion<'r>, body: &Body, frame_numbers: &[u64]) -> Self {
+        let name = motion.name();
+        let unposed = motion.unposed().map(|reason| format!("{name}: {reason}; only its positions count"));
+        let notes = unposed.into_iter().chain(far_away(&motion)).collect();
+        let labels = match body.observation() {
+            Observation::Points { labels, .. } => labels.as_slice(),
+            _ => &[],
+        };
+        let doubt = motion.outlier().and_then(|outlier| {
+            Some(format!(
+                "{name}: feature `{}` in frame {} is {:.3} m from where the rest of the body puts it, with a noise of \
+                 {:.4} m; such samples spoil verdicts and axes, leave them out",
+                labels.get(outlier.feature)?,
+                frame_numbers[outlier.frame],
+                outlier.distance,
+                outlier.noise
+            ))
+        });
+        Self { motion, notes, doubt }
+    }
+}
+
+/// Says so if a body is so far away that its unit is likely wrong.
+fn far_away(motion: &BodyMotion<'_>) -> Option<String> {
+    /// Metres; no camera or marker system looks so far.
+    const FAR: f64 = 200.0;
+    let tracks = motion.tracks();
+    let largest =
+        (0..tracks.frames()).flat_map(|frame| tracks.frame(frame)).map(|p| p.coords.amax()).fold(0.0, f64::max);
+    let name = motion.name();
+    (largest > FAR)
+        .then(|| format!("{name}: coordinates reach {largest:.3e} m; if the file is not in metres, give its `unit`"))
+}
+
 impl Detector {
     /// A detector by a configuration.
     pub fn new(configuration: Configuration) -> Self {
@@ -58,15 +101,11 @@ impl Detector {
         };
         let bodies = recording.bodies();
         let settings = &self.configuration.motion;
-        let motions: Vec<BodyMotion<'_>> = bodies.par_iter().map(|body| BodyMotion::of(body, settings)).collect();
-        let outliers: Vec<Option<String>> = motions.iter().map(|motion| outlier(&recording, motion)).collect();
-        let distances: Vec<Option<String>> = motions.par_iter().map(far_away).collect();
+        let watched = |body| Watched::of(BodyMotion::of(body, settings), body, recording.frame_numbers());
+        let watched: Vec<Watched<'_>> = bodies.par_iter().map(watched).collect();
         let done = AtomicUsize::new(0);
         let judge = |&(reference, moving): &Pair| {
-            let mut judged = self.judge(&motions[reference], &motions[moving]);
-            let wild = [reference, moving].into_iter().filter_map(|body| outliers[body].clone());
-            judged.notes.extend(wild.inspect(|_| judged.determined = false));
-            judged.notes.extend([reference, moving].into_iter().filter_map(|body| distances[body].clone()));
+            let judged = self.judge(&watched[reference], &watched[moving]);
             watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
             judged
         };
@@ -87,11 +126,10 @@ impl Detector {
     }
 
     /// Judges one pair.
-    fn judge(&self, reference: &BodyMotion<'_>, moving: &BodyMotion<'_>) -> PairDetection {
-        let mut notes: Vec<String> = [reference, moving]
-            .iter()
-            .filter_map(|body| Some(format!("{}: {}; only its positions count", body.name(), body.unposed()?)))
-            .collect();
+    fn judge(&self, reference: &Watched<'_>, moving: &Watched<'_>) -> PairDetection {
+        let mut notes: Vec<String> = [reference, moving].into_iter().flat_map(|body| body.notes.clone()).collect();
+        let doubts = [reference, moving].into_iter().filter_map(|body| body.doubt.clone());
+        let (reference, moving) = (&reference.motion, &moving.motion);
         let (rest, resting);
         let seen = match RelativeMotion::between(reference, moving) {
             Err(RelativeMotionError::Unposed { .. }) if moving.unposed().is_none() => {
@@ -129,6 +167,7 @@ impl Detector {
             ),
             Err(error) => pair.notes.push(format!("{error}: nothing is known about their joint")),
         }
+        pair.notes.extend(doubts.inspect(|_| pair.determined = false));
         pair
     }
 
@@ -166,33 +205,6 @@ impl Detector {
         }
         pair.verdict = verdict;
     }
-}
-
-/// Says which sample of a body is wild, and what to do.
-fn outlier(recording: &Recording, motion: &BodyMotion<'_>) -> Option<String> {
-    let body = recording.bodies().iter().find(|body| body.name() == motion.name())?;
-    let (Observation::Points { labels, .. }, outlier) = (body.observation(), motion.outlier()?) else { return None };
-    Some(format!(
-        "{}: feature `{}` in frame {} is {:.3} m from where the rest of the body puts it, with a noise of {:.4} m; \
-         such samples spoil verdicts and axes, leave them out",
-        motion.name(),
-        labels[outlier.feature],
-        recording.frame_numbers()[outlier.frame],
-        outlier.distance,
-        outlier.noise
-    ))
-}
-
-/// Says so if a body is so far away that its unit is likely wrong.
-fn far_away(motion: &BodyMotion<'_>) -> Option<String> {
-    /// Metres; no camera or marker system looks so far.
-    const FAR: f64 = 200.0;
-    let tracks = motion.tracks();
-    let largest =
-        (0..tracks.frames()).flat_map(|frame| tracks.frame(frame)).map(|p| p.coords.amax()).fold(0.0, f64::max);
-    let name = motion.name();
-    (largest > FAR)
-        .then(|| format!("{name}: coordinates reach {largest:.3e} m; if the file is not in metres, give its `unit`"))
 }
 
 fn opposite(axis: Axis) -> Axis {

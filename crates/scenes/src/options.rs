@@ -4,6 +4,7 @@ use std::ops::RangeBounds;
 
 use serde::{Deserialize, Serialize};
 
+use crate::scene::MOST_SAMPLES;
 use crate::{SceneError, Sensor};
 
 /// Choices about a named scene; everything left out is as the scene's description says.
@@ -76,6 +77,9 @@ impl SceneOptions {
         };
         count("frames", self.frames, 2.0..=1e6, "2 to 1000000")?;
         count("features", self.features, 1.0..=1e4, "1 to 10000")?;
+        // Both may be in range, and their product still more than memory holds.
+        let most = MOST_SAMPLES / self.frames.unwrap_or(1) as f64;
+        count("features", self.features, 1.0..=most, "at least 1, and at most 10 million samples per body")?;
         let metres = |option, value: Option<f64>, least: f64, expected| {
             value.map_or(Ok(()), |value| within(option, value, least..=10.0, expected))
         };

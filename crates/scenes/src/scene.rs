@@ -6,7 +6,7 @@ use crate::options::{check_depth_gain, check_scale, within};
 use crate::{Joint, SceneError, Sensor};
 
 /// Most samples of one body, so that a slip of a digit does not fill the memory.
-const MOST_SAMPLES: f64 = 2e7;
+pub(crate) const MOST_SAMPLES: f64 = 1e7;
 
 /// Bodies that move on joints in front of a sensor.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,7 +114,7 @@ impl SceneBody {
             "features",
             self.features as f64,
             1.0..=MOST_SAMPLES / frames as f64,
-            "at least 1, and at most 20 million samples per body",
+            "at least 1, and at most 10 million samples per body",
         )?;
         within("noise_factor", self.noise_factor, 0.0..=1000.0, "0 to 1000")?;
         within("play", self.attachment.play, 0.0..=10.0, "0 to 10 m")?;

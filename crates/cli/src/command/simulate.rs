@@ -78,7 +78,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     let options = options(arguments);
-    check_size(&options)?;
     let simulation = simulate(&arguments.scene, &options).map_err(refused)?;
     let mut recording = Vec::new();
     if npz {
@@ -99,22 +98,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::data_with_help(error, "write this one into a folder of its own"));
     }
     output::write_files(&[(&arguments.out, &recording), (&beside, truth.as_bytes())])
-}
-
-/// Refuses what would not fit into memory: both numbers are in range, but their product is not.
-fn check_size(options: &SceneOptions) -> Result<(), Failure> {
-    /// Some 10⁷ samples of every body are a file of a gigabyte.
-    const MOST_SAMPLES: usize = 10_000_000;
-    match (options.frames, options.features) {
-        (Some(frames), Some(features)) if frames.saturating_mul(features) > MOST_SAMPLES => {
-            let error = format!(
-                "--frames times --features must be at most {MOST_SAMPLES}, found {}",
-                frames.saturating_mul(features)
-            );
-            Err(Failure::usage_with_help(error, "lower one of them"))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// A scene that cannot be simulated, with the options as they are written on the command line.

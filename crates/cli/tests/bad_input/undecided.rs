@@ -86,3 +86,25 @@ fn one_body_alone_is_looked_at_from_the_world() {
     let advice = ["`world`", "give the world another name by `world` under [recording]"];
     Place::with(alone("world")).refused(&RUN, USAGE, &advice);
 }
+
+#[test]
+fn a_wild_sample_is_named_and_leaves_its_pair_undetermined() {
+    let jump = |frame, body, feature| {
+        let [x, y, z] = turning(frame, body, feature);
+        [x, y, if (frame, body, feature) == (5, 1, 2) { z + 0.5 } else { z }]
+    };
+    let place =
+        Place::with(table(&["wall", "door"], 12, 4, |frame, body, feature| Some(shown(jump(frame, body, feature)))));
+    let result = json(&place.done(&RUN_JSON));
+    assert_eq!(result["pairs"][0]["determined"], false);
+    assert!(notes(&result).contains("door: feature `2` in frame 5 is 0."), "{}", notes(&result));
+}
+
+#[test]
+fn millimetres_taken_for_metres_raise_a_note_until_the_unit_is_given() {
+    let far = |frame, body, feature| Some(shown(turning(frame, body, feature).map(|x| 1000.0 * x)));
+    let place = Place::with(table(&["wall", "door"], 12, 4, far));
+    assert!(notes(&json(&place.done(&RUN_JSON))).contains("give its `unit`"));
+    place.write("c.toml", "recording.unit = 'mm'");
+    assert!(!notes(&json(&place.done(&RUN_JSON))).contains("unit"));
+}
