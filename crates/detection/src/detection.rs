@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use jointscope_models::{Axis, FitError, JointFit, Positions};
+use jointscope_models::{Axis, AxisUncertainty, FitError, JointFit, Positions};
 use jointscope_motion::Noise;
 use jointscope_scoring::Verdict;
 
@@ -32,6 +32,8 @@ pub struct PairDetection {
     pub determined: bool,
     /// Axis of the verdict's joint, metres, in the reference body's coordinates.
     pub axis: Option<Axis>,
+    /// How well the data determine it, from models that can say.
+    pub axis_uncertainty: Option<AxisUncertainty>,
     /// The same axis in the moving body's coordinates.
     pub axis_in_moving: Option<Axis>,
     /// Positions of the verdict's joint, per frame of the recording.

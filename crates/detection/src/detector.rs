@@ -150,6 +150,7 @@ impl Detector {
             verdict: self.configuration.rule.ignorance(),
             determined: false,
             axis: None,
+            axis_uncertainty: None,
             axis_in_moving: None,
             positions: None,
             noise_reference: reference.noise(),
@@ -201,6 +202,7 @@ impl Detector {
             if *name == verdict.joint {
                 (pair.axis, pair.axis_in_moving) = (fit.joint.axis, carried);
                 pair.positions.clone_from(&fit.joint.positions);
+                pair.axis_uncertainty = fit.axis_uncertainty;
             }
         }
         pair.verdict = verdict;

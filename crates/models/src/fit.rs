@@ -18,6 +18,8 @@ pub struct JointFit {
     pub evidence: Option<Evidence>,
     /// Root mean square distance of the samples from the fitted joint, metres.
     pub residual_rms: Option<f64>,
+    /// How well the data determine the axis, from models that can say.
+    pub axis_uncertainty: Option<AxisUncertainty>,
     /// The joint itself.
     pub joint: Joint,
     /// What a user should know about this fit, in sentences.
@@ -27,7 +29,15 @@ pub struct JointFit {
 impl JointFit {
     /// A fit with nothing but a confidence and a joint.
     pub fn new(confidence: Confidence, joint: Joint) -> Self {
-        Self { confidence, parts: BTreeMap::new(), evidence: None, residual_rms: None, joint, notes: Vec::new() }
+        Self {
+            confidence,
+            parts: BTreeMap::new(),
+            evidence: None,
+            residual_rms: None,
+            axis_uncertainty: None,
+            joint,
+            notes: Vec::new(),
+        }
     }
 
     /// Adds a partial score or measure.
@@ -49,6 +59,11 @@ impl JointFit {
         }
         if self.residual_rms.is_some_and(|rms| !rms.is_finite()) {
             return fault("its residual is not a number".into());
+        }
+        if let Some(AxisUncertainty { angle, distance }) = self.axis_uncertainty
+            && angle.into_iter().chain(distance).any(|x| !(x.is_finite() && x >= 0.0))
+        {
+            return fault("its axis's uncertainty is not a number".into());
         }
         if let Some(axis) = &self.joint.axis {
             let numbers = axis.point.iter().chain(axis.direction.iter().flat_map(|d| d.iter())).chain(&axis.pitch);
@@ -81,6 +96,16 @@ pub struct Evidence {
     pub parameters: usize,
     /// Effective number of independent observations.
     pub observations: f64,
+}
+
+/// Standard deviations of a fitted axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisUncertainty {
+    /// Root of the expected squared angle between fitted and true direction, radians; `None` without a direction.
+    pub angle: Option<f64>,
+    /// Root of the expected squared distance of the axis's point from the true axis, plane or centre, metres; `None`
+    /// where the axis is a direction only.
+    pub distance: Option<f64>,
 }
 
 /// A fitted joint. A rigid connection has neither axis nor positions.

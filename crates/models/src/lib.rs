@@ -54,7 +54,7 @@ pub mod thesis;
 
 pub use catalog::{Catalog, CatalogError};
 pub use confidence::{Confidence, NotAConfidence};
-pub use fit::{Axis, Evidence, FitError, Joint, JointFit, Positions};
+pub use fit::{Axis, AxisUncertainty, Evidence, FitError, Joint, JointFit, Positions};
 pub use plugin::{JointModel, JointModelPlugin, Origin};
 
 pub use {inventory, jointscope_motion as motion, toml};

@@ -50,7 +50,7 @@ struct Pair<'d> {
     determined: bool,
     confidences: InOrder<'d>,
     axis: Option<AxisParts>,
-    axis_uncertainty: Option<()>,
+    axis_uncertainty: Option<AxisUncertainty>,
     positions: Option<Vec<Option<Coordinates>>>,
     position_range: Option<Ranges>,
     axis_in_moving: Option<AxisParts>,
@@ -67,6 +67,12 @@ struct AxisParts {
     point: [f64; 3],
     direction: Option<[f64; 3]>,
     pitch: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct AxisUncertainty {
+    angle_deg: Option<f64>,
+    distance: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -124,7 +130,10 @@ impl<'d> Pair<'d> {
             determined: pair.determined,
             confidences: InOrder(&pair.verdict.confidences),
             axis: pair.axis.map(axis_parts),
-            axis_uncertainty: None,
+            axis_uncertainty: pair.axis_uncertainty.map(|uncertainty| AxisUncertainty {
+                angle_deg: uncertainty.angle.map(f64::to_degrees),
+                distance: uncertainty.distance,
+            }),
             positions: pair.positions.as_ref().map(coordinates),
             position_range: pair.positions.as_ref().and_then(ranges),
             axis_in_moving: pair.axis_in_moving.map(axis_parts),
