@@ -22,6 +22,7 @@ fn summary(name: &str) -> &'static str {
         "planar" => "a part slides and turns on a plane of a moving base",
         "spherical" => "a part turns about a point of a moving base",
         "disconnected" => "two bodies that move independently",
+        "universal" => "a part turns about two crossing axes, as in a Cardan coupling, on a moving base",
         "elliptical" => "a part moves like the bar of an elliptic trammel on a moving base",
         "turntable" => "a flat disc turns about its own axis on a moving base",
         _ => "the thesis's test with noise (section 6.2): a slider runs past a base that is seen exactly",
@@ -71,7 +72,7 @@ mod tests {
     #[test]
     fn every_scene_has_a_name_of_its_own_and_can_be_simulated() {
         let names = names();
-        assert_eq!(names.len(), 9 + 2 + 10);
+        assert_eq!(names.len(), 10 + 2 + 10);
         assert_eq!(names.iter().map(|(name, _)| name).collect::<BTreeSet<_>>().len(), names.len());
         for (name, summary) in names {
             assert!(!summary.is_empty() && !summary.contains('\n'));

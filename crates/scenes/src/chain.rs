@@ -1,5 +1,7 @@
 //! The joint between any two bodies, from the joints on the way from one to the other.
 
+use nalgebra::{Unit, UnitQuaternion, Vector3};
+
 use crate::{Joint, JointKind, Scene};
 
 /// How far directions and points may differ, relative to 1 and in metres, and still be the same: rounding only.
@@ -31,9 +33,16 @@ impl Scene {
 impl Joint {
     /// The joint seen from the other body, where it has a name of its own there.
     ///
-    /// All lower pairs are subgroups and stay what they are; a trammel seen from its moving body is only planar.
+    /// All lower pairs are subgroups and stay what they are; a trammel seen from its moving body is only planar; a
+    /// universal joint turns about its second axis first.
     pub(crate) fn reversed(self) -> Self {
         match self.kind {
+            JointKind::Universal => {
+                // Half a turn between x and z exchanges the two.
+                let between = Unit::new_normalize(Vector3::x() + Vector3::z());
+                let exchange = UnitQuaternion::from_axis_angle(&between, std::f64::consts::PI);
+                Self { frame: self.frame * exchange, ..self }
+            }
             JointKind::Elliptical { .. } => Self { kind: JointKind::Planar, ..self },
             _ => self,
         }
@@ -59,7 +68,9 @@ impl Joint {
 
     /// Whether every motion of `other` is also one of this joint's.
     fn allows(&self, other: &Self) -> bool {
-        use JointKind::{Cylindrical, Disconnected, Elliptical, Planar, Prismatic, Revolute, Rigid, Screw, Spherical};
+        use JointKind::{
+            Cylindrical, Disconnected, Elliptical, Planar, Prismatic, Revolute, Rigid, Screw, Spherical, Universal,
+        };
         let parallel = self.direction().cross(&other.direction()).norm() < SAME;
         let across = self.direction().dot(&other.direction()).abs() < SAME;
         let offset = other.point() - self.point();
@@ -72,7 +83,7 @@ impl Joint {
             (Screw { pitch: own }, Screw { pitch }) => same_line && (own - pitch).abs() < SAME,
             (Planar, Prismatic) => across,
             (Spherical, Revolute) => through_origin,
-            (Spherical, Spherical) => offset.norm() < SAME,
+            (Spherical, Universal | Spherical) => offset.norm() < SAME,
             _ => false,
         }
     }

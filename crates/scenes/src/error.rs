@@ -32,6 +32,18 @@ pub enum SceneError {
         /// Name of the scene.
         scene: String,
     },
+    /// An option is about features, which bodies seen as poses do not have.
+    #[error("option `{option}` is about tracked features, and bodies seen as `poses` have none")]
+    NeedsPoints {
+        /// Name of the option.
+        option: &'static str,
+    },
+    /// An option is about tracked poses, and bodies are seen as points.
+    #[error("option `{option}` is about bodies seen as poses: it needs the option `poses`")]
+    NeedsPoses {
+        /// Name of the option.
+        option: &'static str,
+    },
     /// A body turns too fast for its position to be followed over full turns.
     #[error(
         "body `{body}` turns by {degrees:.0}° from one frame to the next; only less than 180° can be followed: ask for more `frames` or a smaller `sweep_deg`"

@@ -27,6 +27,9 @@ pub enum JointKind {
     Planar,
     /// Rotation about the origin: position is the rotation vector \[rad; 3\].
     Spherical,
+    /// Rotation about the axis, then about the joint's x axis, which the first rotation carries along: two axes that
+    /// cross at right angles in the origin, as in a Cardan coupling: position \[rad, rad\].
+    Universal,
     /// Elliptic trammel (Cardan motion): the body turns by -q while a crank pin on it turns by +q around the axis, so
     /// that every point runs on an ellipse about the axis: position \[rad\]. The pin starts on the joint's x axis.
     Elliptical {
@@ -49,6 +52,7 @@ impl JointKind {
             Self::Cylindrical => "cylindrical",
             Self::Planar => "planar",
             Self::Spherical => "spherical",
+            Self::Universal => "universal",
             Self::Elliptical { .. } => "elliptical",
             Self::Disconnected => "disconnected",
         }
@@ -67,7 +71,7 @@ impl JointKind {
         match self {
             Self::Rigid => 0,
             Self::Prismatic | Self::Revolute | Self::Screw { .. } | Self::Elliptical { .. } => 1,
-            Self::Cylindrical => 2,
+            Self::Cylindrical | Self::Universal => 2,
             Self::Planar | Self::Spherical => 3,
             Self::Disconnected => 6,
         }
@@ -78,6 +82,7 @@ impl JointKind {
         match self {
             Self::Rigid | Self::Prismatic => 0,
             Self::Revolute | Self::Screw { .. } | Self::Cylindrical | Self::Planar | Self::Elliptical { .. } => 1,
+            Self::Universal => 2,
             Self::Spherical | Self::Disconnected => 3,
         }
     }
@@ -125,6 +130,7 @@ impl Joint {
         let q = |i: usize| position.get(i).copied().unwrap_or(0.0);
         let vector = |i: usize| Vector3::new(q(i), q(i + 1), q(i + 2));
         let about_z = |angle: f64| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        let about_x = |angle: f64| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
         let (rotation, shift) = match self.kind {
             JointKind::Rigid => return Pose::identity(),
             JointKind::Prismatic => (UnitQuaternion::identity(), q(0) * Vector3::z()),
@@ -133,6 +139,7 @@ impl Joint {
             JointKind::Cylindrical => (about_z(q(0)), q(1) * Vector3::z()),
             JointKind::Planar => (about_z(q(0)), Vector3::new(q(1), q(2), 0.0)),
             JointKind::Spherical => (UnitQuaternion::from_scaled_axis(vector(0)), Vector3::zeros()),
+            JointKind::Universal => (about_z(q(0)) * about_x(q(1)), Vector3::zeros()),
             JointKind::Elliptical { crank } => {
                 let back = about_z(-q(0));
                 let pin = crank * Vector3::x();
@@ -159,6 +166,11 @@ impl Joint {
             JointKind::Cylindrical => vec![angle(1.0), shift.z],
             JointKind::Planar => vec![angle(1.0), shift.x, shift.y],
             JointKind::Spherical => vector().as_slice().to_vec(),
+            JointKind::Universal => {
+                let turn = rotation.to_rotation_matrix();
+                let first = nearest_turn(turn[(1, 0)].atan2(turn[(0, 0)]), before(0));
+                vec![first, nearest_turn(turn[(2, 1)].atan2(turn[(2, 2)]), before(1))]
+            }
             JointKind::Elliptical { .. } => vec![angle(-1.0)],
             JointKind::Disconnected => [vector().as_slice(), shift.as_slice()].concat(),
         }

@@ -64,6 +64,19 @@ pub fn wander(frames: usize, spans: &[f64], rng: &mut ChaCha8Rng) -> Vec<Vec<f64
     motions
 }
 
+/// Smooth random motions about 0, one per standard deviation, each with its standard deviation over the frames exactly.
+pub fn waver(frames: usize, deviations: &[f64], rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+    let mut motions = wander(frames, &vec![1.0; deviations.len()], rng);
+    for (motion, deviation) in motions.iter_mut().zip(deviations) {
+        let mean = motion.iter().sum::<f64>() / frames as f64;
+        let square = motion.iter().map(|q| (q - mean) * (q - mean)).sum::<f64>() / frames as f64;
+        for q in motion {
+            *q = (*q - mean) * (deviation / square.sqrt());
+        }
+    }
+    motions
+}
+
 /// A path driven over a floor from rest to rest: heading, forward and leftward position as a planar joint has them,
 /// with x ahead at the start. The heading swings between ± `bend` radians in so many cycles.
 pub fn drive(frames: usize, length: f64, bend: f64, cycles: f64) -> Vec<Vec<f64>> {
@@ -92,12 +105,17 @@ pub fn drive(frames: usize, length: f64, bend: f64, cycles: f64) -> Vec<Vec<f64>
 
 /// The same motion, counted from frame 0 and stretched to span `span` exactly.
 fn spanning(motion: &[f64], span: f64) -> Vec<f64> {
-    let least = motion.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = motion.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [least, most] = extremes(motion);
     if most - least < 1e-9 {
         return ramp(motion.len(), span);
     }
     motion.iter().map(|q| (q - motion[0]) * (span / (most - least))).collect()
+}
+
+/// The least and the largest number of a series.
+pub(crate) fn extremes(series: &[f64]) -> [f64; 2] {
+    let least = series.iter().copied().fold(f64::INFINITY, f64::min);
+    [least, series.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
 }
 
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
@@ -115,8 +133,8 @@ mod tests {
     use super::*;
 
     fn range(series: &[f64]) -> f64 {
-        let most = series.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        most - series.iter().copied().fold(f64::INFINITY, f64::min)
+        let [least, most] = extremes(series);
+        most - least
     }
 
     #[test]
@@ -135,6 +153,17 @@ mod tests {
     fn two_frames_span_what_is_asked_too() {
         let motions = wander(2, &[0.3, 0.2], &mut ChaCha8Rng::seed_from_u64(1));
         assert!((range(&motions[0]) - 0.3).abs() < 1e-12 && (range(&motions[1]) - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn wavering_is_about_0_with_the_standard_deviation_that_is_asked() {
+        for frames in [2, 50] {
+            for motion in waver(frames, &[0.3, 0.02], &mut ChaCha8Rng::seed_from_u64(4)).iter().zip([0.3, 0.02]) {
+                let mean = motion.0.iter().sum::<f64>() / frames as f64;
+                let deviation = (motion.0.iter().map(|q| q * q).sum::<f64>() / frames as f64).sqrt();
+                assert!(mean.abs() < 1e-14 && (deviation / motion.1 - 1.0).abs() < 1e-12);
+            }
+        }
     }
 
     #[test]

@@ -15,7 +15,10 @@
 //! | `joint`, `chain` | the kinematics of every kind of joint; the joint between any two bodies of a tree |
 //! | `law` | joint positions over time: strokes, swings, smooth random motion, paths on a floor |
 //! | `scene`, `simulation` | bodies, shapes and attachments put together; the recording they make |
+//! | `departure` | joints that are not ideal: play and bends |
 //! | `sensor` | noise, drift, wild samples, dropouts, and what a monocular camera does to depth |
+//! | `tracker` | bodies seen as poses: their noise, wild poses, flips |
+//! | `filter` | what a low-pass filter makes of a recording |
 //! | `truth` | what is true of a recording, to be written beside it as `truth.json` |
 //! | `nominal`, `table2`, [`experiments`] | the named scenes |
 //! | [`workloads`] | large recordings for measuring speed |
@@ -30,8 +33,10 @@
 
 mod catalog;
 mod chain;
+mod departure;
 mod error;
 pub mod experiments;
+mod filter;
 mod joint;
 pub mod law;
 mod nominal;
@@ -40,6 +45,7 @@ mod scene;
 mod sensor;
 mod simulation;
 mod table2;
+mod tracker;
 mod truth;
 pub mod workloads;
 
@@ -47,7 +53,7 @@ pub use catalog::{names, scene, simulate};
 pub use error::SceneError;
 pub use experiments::{EXPERIMENTS, Experiment, PrintedPair};
 pub use joint::{Joint, JointKind};
-pub use options::SceneOptions;
+pub use options::{BodyShape, SceneOptions};
 pub use scene::{Attachment, Scene, SceneBody, Shape};
 pub use sensor::Sensor;
 pub use simulation::Simulation;

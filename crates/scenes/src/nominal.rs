@@ -1,13 +1,15 @@
 //! The nominal scene: two bodies, `base` and `part`, with one joint of any kind between them.
 
+use std::f64::consts::FRAC_PI_2;
+
 use jointscope_motion::Pose;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, UnitSphere};
 
-use crate::sensor::{Purpose, stream};
-use crate::{Attachment, Joint, JointKind, Scene, SceneBody, SceneError, SceneOptions, Shape, law};
+use crate::sensor::{Purpose, any_orientation, stream};
+use crate::{Attachment, BodyShape, Joint, JointKind, Scene, SceneBody, SceneError, SceneOptions, Shape, law};
 
 /// Distance of bodies from the axis, and the edge of the cubes that hold their features, metres.
 const DISTANCE: f64 = 0.15;
@@ -23,7 +25,7 @@ const PITCH: f64 = 0.05;
 const CRANK: f64 = 0.1;
 
 /// The joints that have a nominal scene of their own, by the name of the joint.
-pub(crate) const KINDS: [JointKind; 9] = [
+pub(crate) const KINDS: [JointKind; 10] = [
     JointKind::Rigid,
     JointKind::Prismatic,
     JointKind::Revolute,
@@ -33,6 +35,7 @@ pub(crate) const KINDS: [JointKind; 9] = [
     JointKind::Spherical,
     JointKind::Disconnected,
     JointKind::Elliptical { crank: CRANK },
+    JointKind::Universal,
 ];
 
 /// Both bodies move smoothly and generally in front of the camera, 20 features each at random in a cube of 15 cm, 15 cm
@@ -40,14 +43,15 @@ pub(crate) const KINDS: [JointKind; 9] = [
 pub(crate) fn nominal(kind: JointKind, options: &SceneOptions) -> Result<Scene, SceneError> {
     options.refuse(kind.name(), &["monocular"])?;
     let edge = options.body_size.unwrap_or(DISTANCE);
-    let part = Part { kind, shape: Shape::Box { size: [edge; 3] }, distance: DISTANCE, sweep_deg: 45.0 };
+    let shape = options.body_shape.unwrap_or(BodyShape::Box).of_size(edge);
+    let part = Part { kind, shape, distance: DISTANCE, sweep_deg: 45.0 };
     Ok(part.on_a_moving_base(kind.name(), options))
 }
 
 /// A flat disc that turns about its own axis: all features at one height, so that the centres of their circles do not
 /// form a line.
 pub(crate) fn turntable(options: &SceneOptions) -> Result<Scene, SceneError> {
-    options.refuse("turntable", &["travel", "axis_distance", "monocular"])?;
+    options.refuse("turntable", &["travel", "axis_distance", "monocular", "bend", "body_shape"])?;
     let outer = options.body_size.map_or(DISTANCE, |size| size / 2.0);
     let shape = Shape::Ring { inner: 0.0, outer, width: 0.0 };
     let part = Part { kind: JointKind::Revolute, shape, distance: 0.0, sweep_deg: 180.0 };
@@ -65,7 +69,8 @@ impl Part {
     fn on_a_moving_base(self, name: &str, options: &SceneOptions) -> Scene {
         let mut layout = stream(options.seed, Purpose::Layout, 0);
         let frames = options.frames.unwrap_or(50);
-        let features = options.features.unwrap_or(20);
+        // Poses have no features, whose number could be too large for so many frames.
+        let features = options.features.unwrap_or(if options.poses { 1 } else { 20 });
         let edge = options.body_size.unwrap_or(DISTANCE);
         let joint_frame = somewhere_in_view(&mut layout);
         let shifted = |x: f64| joint_frame * Translation3::new(x, 0.0, 0.0);
@@ -83,6 +88,9 @@ impl Part {
         let base = body("base", Shape::Box { size: [edge; 3] }, at_base, base_motion(at_base, frames, options));
         let at_part = shifted(options.axis_distance.unwrap_or(self.distance));
         let mut part = body("part", self.shape, at_part, self.attachment(joint_frame, at_part, frames, options));
+        if options.body_shape.is_some_and(|shape| shape != BodyShape::Box) {
+            part.placement *= any_orientation(&mut stream(options.seed, Purpose::Orientation, 1));
+        }
         part.scale = options.scale.unwrap_or(1.0);
         part.depth_gain = options.depth_gain.unwrap_or(1.0);
         let bodies = vec![base, part];
@@ -100,12 +108,15 @@ impl Part {
         // What has no axis turns about the part itself: its translation is then the part's own.
         let frame = match kind {
             JointKind::Planar | JointKind::Disconnected => at_part,
+            // Both axes are across the arm from the centre to the part.
+            JointKind::Universal => joint_frame * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -FRAC_PI_2),
             _ => joint_frame,
         };
         let mut spans = vec![travel; kind.freedoms()];
         spans[..kind.angles()].fill(sweep);
         let motion = law::wander(frames, &spans, &mut stream(options.seed, Purpose::Motion, 1));
-        Attachment { play: options.play.unwrap_or(0.0), ..Attachment::new(Some(0), Joint { kind, frame }, motion) }
+        let ideal = Attachment::new(Some(0), Joint { kind, frame }, motion);
+        Attachment { play: options.play.unwrap_or(0.0), bend: options.bend.unwrap_or(0.0), ..ideal }
     }
 }
 

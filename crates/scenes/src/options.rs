@@ -5,7 +5,10 @@ use std::ops::RangeBounds;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::MOST_SAMPLES;
-use crate::{SceneError, Sensor};
+use crate::{SceneError, Sensor, Shape};
+
+/// Rotation noise of tracked poses where the options say nothing of it, radians.
+const ROTATION_NOISE: f64 = 0.01;
 
 /// Choices about a named scene; everything left out is as the scene's description says.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -64,13 +67,77 @@ pub struct SceneOptions {
     /// Bodies of the thesis's experiments appear at the different scales that a single camera gave them.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub monocular: bool,
+    /// The rail or hinge is not ideal: share of its travel by which the moving body departs sideways, as a bow over the
+    /// joint's position (see [`crate::Attachment::bend`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bend: Option<f64>,
+    /// Markers on skin: every feature wanders smoothly about its place on the body, with this standard deviation of
+    /// every coordinate over the frames, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skin: Option<f64>,
+    /// Standard deviation of the Gaussian with which noisy tracks are low-pass filtered, frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filter: Option<f64>,
+    /// Bodies are seen as poses by a tracker, not as points.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub poses: bool,
+    /// Standard deviation of every coordinate of the rotation by which a tracked pose is off, radians; left out, 0.01.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation_noise: Option<f64>,
+    /// Share of the frames in which a tracked orientation is flipped, in bursts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flips: Option<f64>,
+    /// Where the features of the moving body are; left out, in a box.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body_shape: Option<BodyShape>,
+}
+
+/// Where the features of a nominal scene's moving body are; all but the box have a random orientation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BodyShape {
+    /// In a cube.
+    Box,
+    /// On a square plate.
+    Flat,
+    /// On one line.
+    Line,
+    /// About one line, in a rod of 0.2 % of its length in thickness.
+    NearLine,
+}
+
+impl BodyShape {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Box, Self::Flat, Self::Line, Self::NearLine];
+
+    /// Its name, as in options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Flat => "flat",
+            Self::Line => "line",
+            Self::NearLine => "near-line",
+        }
+    }
+
+    /// The shape whose edges are of this length, metres.
+    pub(crate) fn of_size(self, edge: f64) -> Shape {
+        /// Thickness of a rod as a share of its length.
+        const THICKNESS: f64 = 0.002;
+        match self {
+            Self::Box => Shape::Box { size: [edge; 3] },
+            Self::Flat => Shape::Plate { size: [edge; 2] },
+            Self::Line => Shape::Box { size: [0.0, 0.0, edge] },
+            Self::NearLine => Shape::Box { size: [THICKNESS * edge, THICKNESS * edge, edge] },
+        }
+    }
 }
 
 impl SceneOptions {
-    /// Checks every option against its range.
+    /// Checks every option against its range, and that none asks for what another one rules out.
     ///
     /// # Errors
-    /// [`SceneError::OutOfRange`], naming the option.
+    /// [`SceneError::OutOfRange`], [`SceneError::NeedsPoints`], [`SceneError::NeedsPoses`], naming the option.
     pub fn check(&self) -> Result<(), SceneError> {
         let count = |option, value: Option<usize>, range: std::ops::RangeInclusive<f64>, expected| {
             value.map_or(Ok(()), |value| within(option, value as f64, range, expected))
@@ -92,7 +159,29 @@ impl SceneOptions {
         }
         check_scale(self.scale.unwrap_or(1.0))?;
         check_depth_gain(self.depth_gain.unwrap_or(1.0))?;
-        self.sensor(0.0).check()
+        check_bend(self.bend.unwrap_or(0.0))?;
+        self.sensor(0.0).check()?;
+        self.check_observation()
+    }
+
+    /// Refuses what bodies seen as poses do not have, and what only they have.
+    fn check_observation(&self) -> Result<(), SceneError> {
+        let of_points = [
+            ("features", self.features.is_some()),
+            ("depth_noise", self.depth_noise.is_some()),
+            ("outlier_features", self.outlier_features.is_some()),
+            ("scale", self.scale.is_some()),
+            ("depth_gain", self.depth_gain.is_some()),
+            ("skin", self.skin.is_some()),
+            ("body_shape", self.body_shape.is_some()),
+        ];
+        let of_poses = [("rotation_noise", self.rotation_noise.is_some()), ("flips", self.flips.is_some())];
+        let first = |options: &[(&'static str, bool)]| options.iter().find(|(_, given)| *given).map(|given| given.0);
+        match (self.poses, first(&of_points), first(&of_poses)) {
+            (true, Some(option), _) => Err(SceneError::NeedsPoints { option }),
+            (false, _, Some(option)) => Err(SceneError::NeedsPoses { option }),
+            _ => Ok(()),
+        }
     }
 
     /// The sensor these options ask for, where `noise` is the scene's own, metres.
@@ -104,6 +193,11 @@ impl SceneOptions {
             dropout: self.dropout.unwrap_or(0.0),
             outlier_features: self.outlier_features.unwrap_or(0.0),
             outlier_samples: self.outlier_samples.unwrap_or(0.0),
+            skin: self.skin.unwrap_or(0.0),
+            filter: self.filter.unwrap_or(0.0),
+            poses: self.poses,
+            rotation_noise: self.rotation_noise.unwrap_or(if self.poses { ROTATION_NOISE } else { 0.0 }),
+            flips: self.flips.unwrap_or(0.0),
         }
     }
 
@@ -116,6 +210,9 @@ impl SceneOptions {
             ("axis_distance", self.axis_distance.is_some()),
             ("still_base", self.still_base),
             ("monocular", self.monocular),
+            ("bend", self.bend.is_some()),
+            ("poses", self.poses),
+            ("body_shape", self.body_shape.is_some()),
         ];
         let clash = given.iter().find(|(option, given)| *given && useless.contains(option));
         clash.map_or(Ok(()), |&(option, _)| Err(SceneError::NotApplicable { option, scene: scene.into() }))
@@ -130,6 +227,10 @@ pub(crate) fn within(
     expected: &'static str,
 ) -> Result<(), SceneError> {
     if range.contains(&value) { Ok(()) } else { Err(SceneError::OutOfRange { option, expected, found: value }) }
+}
+
+pub(crate) fn check_bend(bend: f64) -> Result<(), SceneError> {
+    within("bend", bend, 0.0..=0.5, "0 to 0.5")
 }
 
 pub(crate) fn check_scale(scale: f64) -> Result<(), SceneError> {

@@ -2,7 +2,7 @@
 
 use jointscope_motion::Pose;
 
-use crate::options::{check_depth_gain, check_scale, within};
+use crate::options::{check_bend, check_depth_gain, check_scale, within};
 use crate::{Joint, SceneError, Sensor};
 
 /// Most samples of one body, so that a slip of a digit does not fill the memory.
@@ -81,17 +81,27 @@ pub struct Attachment {
     pub motion: Vec<Vec<f64>>,
     /// The joint is not ideal: range of a slow random translation in every coordinate, metres.
     pub play: f64,
+    /// The joint is not ideal: share of its travel, 0 to 0.5, by which the body departs sideways, as a bow over the
+    /// joint's position.
+    ///
+    /// The departure is a translation of `bend * travel * (b(s) - b(s at frame 0))` with `b(s) = 1 - (2 s - 1)^2`, where
+    /// s in [0, 1] is the first coordinate of the position within its range, in a fixed direction of the parent's
+    /// coordinates: along the normal of a planar joint; at random for joints about a point and for none; otherwise at
+    /// random across the axis. The travel is the largest that one coordinate takes the centre of the shape: the range
+    /// of a length, or that of an angle times the centre's distance from the axis or point (of a screw, along the
+    /// helix). Rigid joints do not bend.
+    pub bend: f64,
 }
 
 impl Attachment {
     /// At rest in the recording's coordinates.
     pub fn at_rest() -> Self {
-        Self { parent: None, joint: Joint::rigid(), motion: vec![], play: 0.0 }
+        Self { parent: None, joint: Joint::rigid(), motion: vec![], play: 0.0, bend: 0.0 }
     }
 
     /// On an ideal joint.
     pub fn new(parent: Option<usize>, joint: Joint, motion: Vec<Vec<f64>>) -> Self {
-        Self { parent, joint, motion, play: 0.0 }
+        Self { parent, joint, motion, play: 0.0, bend: 0.0 }
     }
 }
 
@@ -118,6 +128,7 @@ impl SceneBody {
         )?;
         within("noise_factor", self.noise_factor, 0.0..=1000.0, "0 to 1000")?;
         within("play", self.attachment.play, 0.0..=10.0, "0 to 10 m")?;
+        check_bend(self.attachment.bend)?;
         check_scale(self.scale)?;
         check_depth_gain(self.depth_gain)?;
         let wrong = |detail: String| Err(SceneError::Body { body: self.name.clone(), detail });

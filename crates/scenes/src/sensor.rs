@@ -1,10 +1,12 @@
 //! What stands between true positions and recorded ones.
 
-use nalgebra::{Point3, Vector3};
+use jointscope_motion::Pose;
+use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3, Vector4};
 use rand::{RngExt as _, SeedableRng as _, seq::index};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
+use crate::filter::Filter;
 use crate::options::within;
 use crate::{SceneBody, SceneError, law};
 
@@ -29,12 +31,38 @@ pub struct Sensor {
     pub outlier_features: f64,
     /// Share of the samples that are wild: off by up to 0.5 m in every coordinate, each independently.
     pub outlier_samples: f64,
+    /// Features lie on skin: standard deviation of every coordinate of their smooth wandering about their place on the
+    /// body, over the frames, metres.
+    pub skin: f64,
+    /// Noise and wild samples are smoothed over time, with whatever the body did, by a Gaussian of this standard
+    /// deviation, frames; 0 smooths nothing.
+    pub filter: f64,
+    /// Bodies are seen by a tracker that gives poses. What is about features, depth and scale does not apply; a wild
+    /// pose is off by up to 0.3 m in every coordinate and by up to 0.5 rad in every coordinate of a rotation vector.
+    pub poses: bool,
+    /// Standard deviation of every coordinate of the rotation vector by which a tracked pose is off, radians.
+    pub rotation_noise: f64,
+    /// Share of the frames, rounded to whole ones, in which a tracked orientation is flipped, as that of a flat marker
+    /// is by a single camera: bursts of 1 to 5 frames, each off by 10° to 86° about a random axis.
+    pub flips: f64,
 }
 
 impl Default for Sensor {
     /// Sees everything exactly.
     fn default() -> Self {
-        Self { noise: 0.0, depth_noise: 1.0, drift: 0.0, dropout: 0.0, outlier_features: 0.0, outlier_samples: 0.0 }
+        Self {
+            noise: 0.0,
+            depth_noise: 1.0,
+            drift: 0.0,
+            dropout: 0.0,
+            outlier_features: 0.0,
+            outlier_samples: 0.0,
+            skin: 0.0,
+            filter: 0.0,
+            poses: false,
+            rotation_noise: 0.0,
+            flips: 0.0,
+        }
     }
 }
 
@@ -49,7 +77,33 @@ impl Sensor {
         within("drift", self.drift, 0.0..1.0, "at least 0 and less than 1")?;
         within("dropout", self.dropout, 0.0..1.0, "at least 0 and less than 1")?;
         within("outlier_features", self.outlier_features, 0.0..=1.0, "0 to 1")?;
-        within("outlier_samples", self.outlier_samples, 0.0..=1.0, "0 to 1")
+        within("outlier_samples", self.outlier_samples, 0.0..=1.0, "0 to 1")?;
+        within("skin", self.skin, 0.0..=10.0, "0 to 10 m")?;
+        within("filter", self.filter, 0.0..=1000.0, "0 to 1000 frames")?;
+        within("rotation_noise", self.rotation_noise, 0.0..=3.0, "0 to 3 rad")?;
+        within("flips", self.flips, 0.0..=1.0, "0 to 1")
+    }
+
+    /// Lets every feature of a noisy body wander about its place on the body, given the body's true poses.
+    pub(crate) fn move_skin(
+        &self,
+        body: &SceneBody,
+        number: usize,
+        seed: u64,
+        poses: &[Pose],
+        positions: &mut [Point3<f64>],
+    ) {
+        if self.skin == 0.0 || body.noise_factor == 0.0 {
+            return;
+        }
+        let mut rng = stream(seed, Purpose::Skin, number);
+        for feature in 0..body.features {
+            let path = law::waver(poses.len(), &[self.skin; 3], &mut rng);
+            let row = positions.iter_mut().skip(feature).step_by(body.features);
+            for (frame, (position, pose)) in row.zip(poses).enumerate() {
+                *position += pose.rotation * Vector3::from_fn(|axis, _| path[axis][frame]);
+            }
+        }
     }
 
     /// Turns true positions (frame-major) into observed ones, NaN where missing; gives the features that move on
@@ -82,6 +136,7 @@ impl Sensor {
                     *position += error;
                 }
             }
+            Filter::new(self.filter).smooth_rows(positions, body.features);
         }
         let mut rng = random(Purpose::Dropouts);
         for position in positions.iter_mut() {
@@ -102,19 +157,36 @@ impl Sensor {
 
     fn add_noise(&self, positions: &mut [Point3<f64>], body: &SceneBody, rng: &mut ChaCha8Rng) {
         let sigma = self.noise * body.noise_factor;
-        // Keeps the variance of an AR(1) process at 1 from its first frame on.
-        let fresh = (1.0 - self.drift * self.drift).sqrt();
-        let mut draw = || Vector3::from_fn(|_, _| StandardNormal.sample(rng));
-        let mut noise: Vec<Vector3<f64>> = (0..body.features).map(|_| draw()).collect();
-        for (frame, row) in positions.chunks_exact_mut(body.features).enumerate() {
-            for (position, noise) in row.iter_mut().zip(&mut noise) {
-                if frame > 0 {
-                    *noise = self.drift * *noise + fresh * draw();
-                }
+        let mut noises = vec![Drifting::new(self.drift); body.features];
+        for row in positions.chunks_exact_mut(body.features) {
+            for (position, noise) in row.iter_mut().zip(&mut noises) {
+                let noise = noise.draw(rng);
                 let ray = position.coords.try_normalize(0.0).unwrap_or(Vector3::z());
-                *position += sigma * (*noise + (self.depth_noise - 1.0) * ray.dot(noise) * ray);
+                *position += sigma * (noise + (self.depth_noise - 1.0) * ray.dot(&noise) * ray);
             }
         }
+    }
+}
+
+/// Noise of unit variance in every coordinate that remembers its last value: an AR(1) process.
+#[derive(Debug, Clone)]
+pub(crate) struct Drifting {
+    drift: f64,
+    last: Option<Vector3<f64>>,
+}
+
+impl Drifting {
+    /// With this correlation between two frames in a row.
+    pub(crate) fn new(drift: f64) -> Self {
+        Self { drift, last: None }
+    }
+
+    /// The noise of the next frame.
+    pub(crate) fn draw(&mut self, rng: &mut ChaCha8Rng) -> Vector3<f64> {
+        let fresh = Vector3::from_fn(|_, _| StandardNormal.sample(rng));
+        // Keeps the variance at 1 from the first frame on.
+        let keep = (1.0 - self.drift * self.drift).sqrt();
+        *self.last.insert(self.last.map_or(fresh, |last| self.drift * last + keep * fresh))
     }
 }
 
@@ -137,7 +209,7 @@ fn see_through_one_eye(positions: &mut [Point3<f64>], body: &SceneBody) {
     }
 }
 
-/// What random numbers are drawn for. Every purpose has a stream of its own per body.
+/// What random numbers are drawn for. Every purpose has a stream of its own per body, whose number must stay.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Purpose {
     Layout = 1,
@@ -149,6 +221,12 @@ pub(crate) enum Purpose {
     Noise,
     WildSamples,
     Dropouts,
+    Bend,
+    Skin,
+    Orientation,
+    Tracker,
+    RotationNoise,
+    Flips,
 }
 
 /// The random numbers of a purpose and a body.
@@ -158,13 +236,18 @@ pub(crate) fn stream(seed: u64, purpose: Purpose, body: usize) -> ChaCha8Rng {
     rng
 }
 
+/// Any orientation, all alike.
+pub(crate) fn any_orientation(rng: &mut ChaCha8Rng) -> UnitQuaternion<f64> {
+    let vector = Vector4::from_fn(|_, _| StandardNormal.sample(rng));
+    UnitQuaternion::new_normalize(Quaternion::from_vector(vector))
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::Rotation3;
 
     use super::*;
     use crate::{Attachment, Shape};
-    use jointscope_motion::Pose;
 
     const FRAMES: usize = 500;
     const FEATURES: usize = 40;
@@ -269,6 +352,8 @@ mod tests {
             dropout: 0.2,
             outlier_features: 0.5,
             outlier_samples: 0.5,
+            filter: 3.0,
+            ..Sensor::default()
         };
         let (positions, strays) = observed(everything, &SceneBody { noise_factor: 0.0, ..body() });
         assert!(strays.is_empty() && positions.iter().all(|p| p.x.is_nan() || *p == place()));

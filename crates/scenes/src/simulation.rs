@@ -6,7 +6,7 @@ use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
 use crate::sensor::{Purpose, stream};
-use crate::{Attachment, BodyTruth, PairTruth, Scene, SceneError, SceneOptions, Shape, Truth, law};
+use crate::{BodyTruth, PairTruth, Scene, SceneError, SceneOptions, Shape, Truth};
 
 /// A simulated recording and what is true of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,13 +31,20 @@ impl Scene {
         let mut body_truths = vec![];
         let mut centroids = vec![];
         for (number, (body, poses)) in self.bodies.iter().zip(&poses).enumerate() {
-            let mut rng = stream(seed, Purpose::Shape, number);
-            let shape: Vec<_> = (0..body.features).map(|_| body.placement * body.shape.sample(&mut rng)).collect();
-            centroids.push(Point3::from(shape.iter().map(|p| p.coords).sum::<Vector3<f64>>() / shape.len() as f64));
-            let mut positions: Vec<_> = poses.iter().flat_map(|pose| shape.iter().map(move |p| pose * p)).collect();
-            let outlier_features = self.sensor.observe(body, number, seed, &mut positions);
-            let labels = (0..body.features).map(|feature| feature.to_string()).collect();
-            bodies.push(Body::from_points(&body.name, labels, Tracks::new(body.features, positions)?)?);
+            let mut outlier_features = vec![];
+            if self.sensor.poses {
+                centroids.push(body.placement.translation.vector.into());
+                bodies.push(Body::from_poses(&body.name, self.sensor.track(body, number, seed, poses))?);
+            } else {
+                let mut rng = stream(seed, Purpose::Shape, number);
+                let shape: Vec<_> = (0..body.features).map(|_| body.placement * body.shape.sample(&mut rng)).collect();
+                centroids.push(Point3::from(shape.iter().map(|p| p.coords).sum::<Vector3<f64>>() / shape.len() as f64));
+                let mut positions: Vec<_> = poses.iter().flat_map(|pose| shape.iter().map(move |p| pose * p)).collect();
+                self.sensor.move_skin(body, number, seed, poses, &mut positions);
+                outlier_features = self.sensor.observe(body, number, seed, &mut positions);
+                let labels = (0..body.features).map(|feature| feature.to_string()).collect();
+                bodies.push(Body::from_points(&body.name, labels, Tracks::new(body.features, positions)?)?);
+            }
             body_truths.push(BodyTruth {
                 name: body.name.clone(),
                 scale: body.scale,
@@ -75,28 +82,14 @@ impl Scene {
     fn poses(&self, seed: u64) -> Vec<Vec<Pose>> {
         let mut all: Vec<Vec<Pose>> = vec![];
         for (number, body) in self.bodies.iter().enumerate() {
-            let own = body.attachment.poses(self.frames, &mut stream(seed, Purpose::Play, number));
+            let centre = body.placement.translation.vector.into();
+            let own = body.attachment.poses(self.frames, centre, |purpose| stream(seed, purpose, number));
             all.push(match body.attachment.parent {
                 None => own,
                 Some(parent) => all[parent].iter().zip(&own).map(|(parent, own)| parent * own).collect(),
             });
         }
         all
-    }
-}
-
-impl Attachment {
-    /// Poses `parent_from_body`, per frame.
-    fn poses(&self, frames: usize, rng: &mut ChaCha8Rng) -> Vec<Pose> {
-        let position = |frame| self.motion.iter().map(|series| series[frame] - series[0]).collect::<Vec<_>>();
-        let mut poses: Vec<Pose> = (0..frames).map(|frame| self.joint.pose(&position(frame))).collect();
-        if self.play > 0.0 {
-            let departure = law::wander(frames, &[self.play; 3], rng);
-            for (frame, pose) in poses.iter_mut().enumerate() {
-                pose.translation.vector += Vector3::from_fn(|axis, _| departure[axis][frame]);
-            }
-        }
-        poses
     }
 }
 

@@ -15,7 +15,7 @@ const NOISE: f64 = 0.0038;
 /// Body `slider` runs straight at uniform speed past body `base`, which rests and is seen exactly. Every sample of the
 /// slider has Gaussian noise.
 pub(crate) fn table2(options: &SceneOptions) -> Result<Scene, SceneError> {
-    options.refuse("table2", &["sweep_deg", "axis_distance", "monocular"])?;
+    options.refuse("table2", &["sweep_deg", "axis_distance", "monocular", "poses", "body_shape"])?;
     let frames = options.frames.unwrap_or(20);
     let features = options.features.unwrap_or(20);
     let travel = options.travel.unwrap_or(TRAVEL);
@@ -40,6 +40,7 @@ pub(crate) fn table2(options: &SceneOptions) -> Result<Scene, SceneError> {
     slider.scale = options.scale.unwrap_or(1.0);
     slider.depth_gain = options.depth_gain.unwrap_or(1.0);
     slider.attachment.play = options.play.unwrap_or(0.0);
+    slider.attachment.bend = options.bend.unwrap_or(0.0);
     let sensor = options.sensor(NOISE * travel);
     Ok(Scene { name: "table2".into(), frames, rate: 30.0, bodies: vec![base, slider], sensor })
 }

@@ -39,7 +39,7 @@ impl Truth {
     }
 }
 
-/// The true joint between two bodies.
+/// The true joint between two bodies: the ideal one, where the real one bends or has play.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PairTruth {
     /// Name of the reference body.
@@ -54,7 +54,8 @@ pub struct PairTruth {
     /// and disconnected pairs.
     ///
     /// Cylindrical: angle, slide. Planar: angle, and the displacement of the axis point along two perpendicular
-    /// directions of the plane. Spherical: the rotation vector. Elliptical: the turn of the crank, which is the
+    /// directions of the plane. Spherical: the rotation vector. Universal: the turns about the reference's axis and
+    /// about the one carried by the moving body. Elliptical: the turn of the crank, which is the
     /// opposite of the turn of the body.
     pub positions: Option<Positions>,
     /// The joint in the thesis's four classes.
@@ -65,9 +66,9 @@ pub struct PairTruth {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrueAxis {
     /// Metres. Prismatic: the centroid of the moving body's features at frame 0; planar: a point of the plane;
-    /// spherical and elliptical: the centre; otherwise a point of the axis.
+    /// spherical, universal and elliptical: the centre; otherwise a point of the axis.
     pub point: [f64; 3],
-    /// Unit length; planar and elliptical: the normal; null for spherical joints.
+    /// Unit length; planar and elliptical: the normal; null for spherical and universal joints.
     pub direction: Option<[f64; 3]>,
     /// Metres per radian; 0 for revolute joints, null for all that have none.
     pub pitch: Option<f64>,
@@ -132,7 +133,7 @@ fn axis(joint: &Joint, centroid: Point3<f64>) -> Option<TrueAxis> {
         JointKind::Revolute => axis(origin, direction, Some(0.0)),
         JointKind::Screw { pitch } => axis(origin, direction, Some(pitch)),
         JointKind::Cylindrical | JointKind::Planar | JointKind::Elliptical { .. } => axis(origin, direction, None),
-        JointKind::Spherical => axis(origin, None, None),
+        JointKind::Spherical | JointKind::Universal => axis(origin, None, None),
     }
 }
 

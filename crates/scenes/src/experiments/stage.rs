@@ -81,7 +81,8 @@ impl<'a> Stage<'a> {
     ) -> usize {
         let joint = Joint { kind, frame: self.recording_from_room * room_from_joint };
         let play = if kind == JointKind::Rigid { 0.0 } else { self.options.play.unwrap_or(0.0) };
-        let attachment = Attachment { play, ..Attachment::new(parent, joint, motion) };
+        let bend = self.options.bend.unwrap_or(0.0);
+        let attachment = Attachment { play, bend, ..Attachment::new(parent, joint, motion) };
         let body = self.add(name, shape, placement, attachment, 1.0);
         self.bodies[body].scale = self.options.scale.unwrap_or(1.0);
         self.bodies[body].depth_gain = self.options.depth_gain.unwrap_or(1.0);
