@@ -34,6 +34,7 @@ enum Command {
     Models(command::models::Arguments),
     Simulate(command::simulate::Arguments),
     Reproduce(command::reproduce::Arguments),
+    Evaluate(command::evaluate::Arguments),
 }
 
 /// The program: reads the command line, does what it says, and tells how it went.
@@ -46,6 +47,7 @@ pub fn main() -> ExitCode {
         Command::Models(arguments) => command::models::run(&arguments),
         Command::Simulate(arguments) => command::simulate::run(&arguments),
         Command::Reproduce(arguments) => command::reproduce::run(&arguments),
+        Command::Evaluate(arguments) => command::evaluate::run(&arguments),
     };
     done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
 }

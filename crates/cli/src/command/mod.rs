@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub(crate) mod evaluate;
 pub(crate) mod models;
 pub(crate) mod reproduce;
 pub(crate) mod run;
