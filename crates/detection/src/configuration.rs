@@ -7,7 +7,7 @@ use jointscope_models::{
     settings::{self, SettingsError, Value},
 };
 use jointscope_motion::MotionSettings;
-use jointscope_scoring::{Rule, ScoringSettings};
+use jointscope_scoring::{Rule, RuleKind, ScoringSettings};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::{
@@ -18,11 +18,14 @@ use toml::{
 /// The models of a configuration without `[models]`.
 const DEFAULT_MODELS: &str = "
     [rigid]
-    kind = \"thesis-rigid\"
     [prismatic]
-    kind = \"thesis-prismatic\"
     [revolute]
-    kind = \"thesis-revolute\"
+    [screw]
+    [cylindrical]
+    [planar]
+    [spherical]
+    [disconnected]
+    kind = \"free\"
 ";
 
 /// The tables of a configuration.
@@ -110,6 +113,18 @@ impl Configuration {
         };
         let spans = key_spans(root.get("scoring"));
         let scoring: ScoringSettings = table(&mut root, "scoring")?;
+        if scoring.rule == RuleKind::Likelihood
+            && let Some(silent) = models.iter().find(|model| !model.model.states_evidence())
+        {
+            let at = spans.iter().find(|(key, _)| key == "rule").or(spans.first());
+            let span = at.map_or(beginning(text), |(_, span)| span.clone());
+            let message = format!(
+                "the rule \"likelihood\" compares evidence, and the model `{}` (kind `{}`) states none",
+                silent.name, silent.kind
+            );
+            let help = "write rule = \"cascade\" under [scoring], or choose models that state evidence, such as `revolute`";
+            return Err(SettingsError::at(span, message).help(help));
+        }
         let names: Vec<&str> = models.iter().map(|model| model.name.as_str()).collect();
         let rule = Rule::new(&scoring, &names).map_err(|error| {
             let at = spans.iter().find(|(key, _)| key == error.key).or(spans.first());

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use jointscope_models::{Axis, Confidence, JointModel};
-use jointscope_motion::{Body, BodyMotion, MotionError, Observation, Recording, RelativeMotion, RelativeMotionError};
-use jointscope_scoring::{Findings, Verdict};
+use jointscope_models::{Axis, Confidence, JointFit, JointModel};
+use jointscope_motion::{
+    Body, BodyMotion, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
+};
+use jointscope_scoring::{Finding, Findings, Rule, Verdict};
 use rayon::prelude::*;
 
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection};
@@ -14,6 +16,13 @@ use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetectio
 const WORLD: &str = "world";
 /// Frames below which no joint is determined: three points define a circle, and more must confirm it.
 const FEW_FRAMES: usize = 6;
+
+/// Distance of the poses from their mean, in standard deviations, below which frames are merged to see a motion.
+const FAINT: f64 = 2.5;
+/// Frames that remain when frames are merged.
+const MERGED_FRAMES: usize = 12;
+/// Factor on the noise by which frames that are no smooth motion are tried to be explained.
+const QUIET: f64 = 0.1;
 
 /// Detects joints by a configuration.
 #[derive(Debug)]
@@ -36,11 +45,12 @@ impl<'r> Watched<'r> {
     fn of(motion: BodyMotion<'r>, body: &Body, frame_numbers: &[u64]) -> Self {
         let name = motion.name();
         let unposed = motion.unposed().map(|reason| format!("{name}: {reason}; only its positions count"));
-        let notes = unposed.into_iter().chain(far_away(&motion)).collect();
+        let mut notes: Vec<String> = unposed.into_iter().chain(far_away(&motion)).collect();
         let labels = match body.observation() {
             Observation::Points { labels, .. } => labels.as_slice(),
             _ => &[],
         };
+        notes.extend(left_out(&motion, labels));
         let doubt = motion.outlier().and_then(|outlier| {
             Some(format!(
                 "{name}: feature `{}` in frame {} is {:.3} m from where the rest of the body puts it, with a noise of \
@@ -53,6 +63,36 @@ impl<'r> Watched<'r> {
         });
         Self { motion, notes, doubt }
     }
+}
+
+/// Says what of a body was left out as wrong, and how its noise is.
+fn left_out(motion: &BodyMotion<'_>, labels: &[String]) -> Vec<String> {
+    let name = motion.name();
+    let mut notes = Vec::new();
+    let strays: Vec<String> =
+        motion.strays().iter().filter_map(|&feature| Some(format!("`{}`", labels.get(feature)?))).collect();
+    match strays.len() {
+        0 => {}
+        1 => notes.push(format!("{name}: feature {} disagrees with the body and was left out", strays[0])),
+        _ => notes.push(format!("{name}: features {} disagree with the body and were left out", strays.join(", "))),
+    }
+    match motion.wild_samples() {
+        0 => {}
+        1 => notes.push(format!("{name}: 1 wild sample was left out")),
+        count => notes.push(format!("{name}: {count} wild samples were left out")),
+    }
+    match motion.jumps() {
+        0 => {}
+        count => notes.push(format!("{name}: the tracked pose jumps in {count} frames, which were smoothed or left out")),
+    }
+    if motion.unposed().is_none() && motion.line().is_some() {
+        notes.push(format!("{name}: its features lie nearly on one line; the turn about it is not seen"));
+    }
+    let depth = motion.depth_noise();
+    if !(0.75..1.3).contains(&depth) {
+        notes.push(format!("{name}: noise along the viewing ray is {depth:.1} times that across it"));
+    }
+    notes
 }
 
 /// Says so if a body is so far away that its unit is likely wrong.
@@ -174,27 +214,23 @@ impl Detector {
 
     fn fit(&self, pair: &mut PairDetection, motion: &RelativeMotion<'_>, swapped: bool) {
         pair.frames_used = motion.frames().len();
-        let frames = motion.recording_frames();
-        let fit = |model: &dyn JointModel| model.fit(motion).and_then(|fit| fit.sound(frames));
-        pair.models = self.configuration.models.iter().map(|named| (named.name.clone(), fit(&*named.model))).collect();
-        let confidence = |finding: &ModelFinding| finding.as_ref().map_or(Confidence::ZERO, |fit| fit.confidence);
-        let findings: Findings =
-            pair.models.iter().map(|(name, finding)| (name.clone(), confidence(finding))).collect();
-        let rule = &self.configuration.rule;
-        let judged = pair.models.values().any(Result::is_ok);
-        let verdict = if judged { rule.apply(&findings) } else { rule.ignorance() };
+        let (models, verdict, remark) = self.weighed(motion);
+        pair.models = models;
+        pair.notes.extend(remark);
         for (name, finding) in &pair.models {
             match finding {
                 Ok(fit) => pair.notes.extend(fit.notes.iter().map(|note| format!("{name}: {note}"))),
                 Err(error) => pair.notes.push(format!("{name}: {error}")),
             }
         }
+        pair.notes.extend(richer_note(&verdict, &pair.models));
         let doubts = doubts(motion, &verdict, &pair.models);
         pair.determined = doubts.is_empty();
         pair.notes.extend(doubts);
         let other_side = motion.moving_from_reference();
         for (name, fit) in pair.models.iter_mut().filter_map(|(name, finding)| Some((name, finding.as_mut().ok()?))) {
-            let mut carried = fit.joint.axis.zip(other_side).map(|(axis, other_side)| axis.seen_from(&other_side));
+            let carried = fit.joint.axis.zip(other_side).map(|(axis, other_side)| axis.seen_from(&other_side));
+            let mut carried = fit.axis_in_moving.or(carried);
             if swapped {
                 // Seen from the other body the joint moves backwards: the same positions along the opposite direction.
                 (fit.joint.axis, carried) = (carried.map(opposite), fit.joint.axis.map(opposite));
@@ -207,6 +243,83 @@ impl Detector {
         }
         pair.verdict = verdict;
     }
+}
+
+impl Detector {
+    /// What the models find, what the rule concludes, and what must be said about how the motion was taken.
+    fn weighed(&self, motion: &RelativeMotion<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Option<String>) {
+        let (models, verdict) = self.weigh(motion);
+        let Some(series) = motion.pose_series().filter(|_| matches!(self.configuration.rule, Rule::Likelihood(_))) else {
+            return (models, verdict, None);
+        };
+        if series.signal() < FAINT
+            && let Some(merged) = motion.merged(MERGED_FRAMES)
+        {
+            let (merged_models, merged_verdict) = self.weigh(&merged);
+            if merged_verdict.cost.zip(verdict.cost).is_some_and(|(merged, single)| merged < single) {
+                let note = "the motion of single frames drowns in their noise: successive frames were merged";
+                return (merged_models, merged_verdict, Some(note.into()));
+            }
+        }
+        if series.tracked()
+            && series.is_unordered()
+            && let Some(quiet) = motion.with_noise(QUIET)
+        {
+            let (quiet_models, quiet_verdict) = self.weigh(&quiet);
+            if fits_within(series, &quiet_models, &quiet_verdict) {
+                let note = "the frames are not a smooth motion: noise was told by the joint that fits them";
+                return (quiet_models, quiet_verdict, Some(note.into()));
+            }
+        }
+        (models, verdict, None)
+    }
+
+    fn weigh(&self, motion: &RelativeMotion<'_>) -> (BTreeMap<String, ModelFinding>, Verdict) {
+        let frames = motion.recording_frames();
+        let fit = |model: &dyn JointModel| model.fit(motion).and_then(|fit| fit.sound(frames));
+        let models: BTreeMap<String, ModelFinding> =
+            self.configuration.models.iter().map(|named| (named.name.clone(), fit(&*named.model))).collect();
+        let finding = |finding: &ModelFinding| finding.as_ref().map_or(Confidence::ZERO.into(), Finding::from);
+        let findings: Findings = models.iter().map(|(name, found)| (name.clone(), finding(found))).collect();
+        let rule = &self.configuration.rule;
+        let judged = models.values().any(Result::is_ok);
+        let verdict = if judged { rule.apply(&findings) } else { rule.ignorance() };
+        (models, verdict)
+    }
+}
+
+/// Whether a joint with freedom left explains single poses to a fifth of the scatter that was taken for noise.
+fn fits_within(series: &PoseSeries, models: &BTreeMap<String, ModelFinding>, verdict: &Verdict) -> bool {
+    const SHARE: f64 = 0.2;
+    let Some(Ok(fit)) = models.get(&verdict.joint) else { return false };
+    let constrained = fit.evidence.is_some_and(|evidence| {
+        let freedom = evidence.mobility.turns + evidence.mobility.slides;
+        (1..6).contains(&freedom)
+    });
+    let small = |part: &str, noise: f64| fit.parts.get(part).is_some_and(|misfit| *misfit < SHARE * noise);
+    constrained
+        && small("misfit_distance", series.ends()[0].shift_noise)
+        && small("misfit_angle", series.turn_noise())
+}
+
+/// Tells the richer joint that the data show beyond the verdict's.
+fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Option<String> {
+    let name = verdict.richer.as_ref()?;
+    let fit = |name: &String| models.get(name)?.as_ref().ok();
+    let (simple, richer) = (fit(&verdict.joint)?, fit(name)?);
+    let misfit = |fit: &JointFit| -> Option<String> {
+        let (distance, angle) = (fit.parts.get("misfit_distance")?, fit.parts.get("misfit_angle").copied());
+        let angle = angle.map_or(String::new(), |angle| format!(" and {:.2} degrees", angle.to_degrees()));
+        Some(format!("{:.2} mm{angle}", 1e3 * distance))
+    };
+    let pitch = richer.joint.axis.and_then(|axis| axis.pitch).filter(|pitch| *pitch != 0.0);
+    let pitch = pitch.map_or(String::new(), |pitch| format!(" of {:.2} mm per radian", 1e3 * pitch));
+    Some(format!(
+        "{} within {} beyond noise; {name}{pitch} fits better, within {}",
+        verdict.joint,
+        misfit(simple)?,
+        misfit(richer)?
+    ))
 }
 
 fn opposite(axis: Axis) -> Axis {
@@ -224,6 +337,14 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
     if frames < FEW_FRAMES {
         let show = if frames == 1 { "frame shows" } else { "frames show" };
         doubts.push(format!("{frames} {show} both bodies, at least {FEW_FRAMES} are needed; record more"));
+    }
+    if let Some(series) = motion.pose_series().filter(|_| verdict.cost.is_some()) {
+        if series.vague() {
+            doubts.push("the turn of a body about the line of its features is not seen; track a feature beside it".into());
+        }
+        if series.is_below_noise() && verdict.joint != "rigid" {
+            doubts.push("the motion stays below the noise; record more motion".into());
+        }
     }
     if models.values().all(Result::is_err) {
         doubts.push("no model could judge this motion".into());

@@ -16,12 +16,17 @@ pub struct JointFit {
     pub parts: BTreeMap<&'static str, f64>,
     /// Likelihood terms, from models that state a likelihood.
     pub evidence: Option<Evidence>,
+    /// Other ways in which the same joint may explain the motion, a bent rail say; the best counts.
+    pub alternatives: Vec<Evidence>,
     /// Root mean square distance of the samples from the fitted joint, metres.
     pub residual_rms: Option<f64>,
     /// How well the data determine the axis, from models that can say.
     pub axis_uncertainty: Option<AxisUncertainty>,
     /// The joint itself.
     pub joint: Joint,
+    /// The axis in the coordinates of the moving body, from models that fit it there too; else it is carried by the
+    /// measured pose of one frame.
+    pub axis_in_moving: Option<Axis>,
     /// What a user should know about this fit, in sentences.
     pub notes: Vec<String>,
 }
@@ -33,9 +38,11 @@ impl JointFit {
             confidence,
             parts: BTreeMap::new(),
             evidence: None,
+            alternatives: Vec::new(),
             residual_rms: None,
             axis_uncertainty: None,
             joint,
+            axis_in_moving: None,
             notes: Vec::new(),
         }
     }
@@ -65,7 +72,7 @@ impl JointFit {
         {
             return fault("its axis's uncertainty is not a number".into());
         }
-        if let Some(axis) = &self.joint.axis {
+        for axis in self.joint.axis.iter().chain(&self.axis_in_moving) {
             let numbers = axis.point.iter().chain(axis.direction.iter().flat_map(|d| d.iter())).chain(&axis.pitch);
             if numbers.into_iter().any(|x| !x.is_finite()) {
                 return fault("its axis is not made of numbers".into());
@@ -88,14 +95,89 @@ impl JointFit {
 /// The likelihood of a motion under a model, in the terms by which models of different size can be compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Weighted sum of squared residuals.
+    /// Weighted sum of squared residuals, of single wrong frames no more than a logarithm.
     pub chi_squared: f64,
+    /// Its expectation, if the model is right: numbers observed less numbers fitted.
+    pub freedom: f64,
     /// Cost of the joint's positions over time, in units of -2 log likelihood.
     pub configuration_cost: f64,
-    /// Parameters fitted.
-    pub parameters: usize,
-    /// Effective number of independent observations.
+    /// Cost of what is unlikely beforehand, a hinge far from its body say, in units of -2 log likelihood.
+    pub prior_cost: f64,
+    /// What the joint leaves free, and parameters fitted.
+    pub mobility: Mobility,
+    /// Number of independent observations, for the price of parameters.
     pub observations: f64,
+    /// Frames that count as one because noise drifts; 1 for white noise.
+    pub correlation_time: f64,
+    /// The misfit as play of the joint; `None` if joints are ideal.
+    pub departure: Option<Departure>,
+}
+
+/// A misfit beyond noise, in units of what play makes likely.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Departure {
+    /// Square of the misfit, in standard deviations of the play.
+    pub squared: f64,
+    /// By how much play absorbs more than noise does: cost of a misfit by noise over its cost by play.
+    pub per_noise: f64,
+    /// Square beyond which the joint is not the right one.
+    pub adequate: f64,
+}
+
+impl Evidence {
+    /// -2 log likelihood with noise as the only explanation, without the price of parameters.
+    pub fn noise_cost(&self) -> f64 {
+        (self.chi_squared + self.configuration_cost) / self.correlation_time
+    }
+
+    /// `χ²` by its degrees of freedom: 1 for a model that is right about joint and noise.
+    pub fn chi_squared_per_freedom(&self) -> f64 {
+        if self.freedom > 0.0 { self.chi_squared / self.freedom } else { 1.0 }
+    }
+
+    /// What `χ²` has more than chance gives it.
+    pub(crate) fn excess(&self) -> f64 {
+        let chance = self.freedom + 2.0 * (2.0 * self.freedom).sqrt();
+        (self.chi_squared - chance).max(0.0) / self.correlation_time
+    }
+
+    /// What the misfit costs, were this the only model.
+    pub(crate) fn own_charge(&self) -> f64 {
+        self.departure.map_or(self.excess(), |departure| departure.charge(self.excess()))
+    }
+}
+
+impl Departure {
+    /// Squared departure from which its likelihood falls faster than a Gaussian's: no joint has so much play.
+    const HARD: f64 = 60.0;
+
+    /// Cost of a misfit that costs `by_noise` as noise: the cheaper explanation counts, as with a variance that is the
+    /// sum of both.
+    pub fn charge(&self, by_noise: f64) -> f64 {
+        let least = by_noise / self.per_noise.max(f64::MIN_POSITIVE);
+        let squared = self.squared.max(least);
+        let by_play = squared * (1.0 + squared / Self::HARD);
+        if by_noise > 0.0 && by_play > 0.0 { by_noise / (1.0 + by_noise / by_play) } else { 0.0 }
+    }
+}
+
+/// What a mechanism leaves free, and what it takes to describe it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mobility {
+    /// Independent turns, 0 to 3.
+    pub turns: u8,
+    /// Independent slides, 0 to 3.
+    pub slides: u8,
+    /// Parameters that a fit determines, those of the positions' distribution included.
+    pub parameters: usize,
+}
+
+impl Mobility {
+    /// Whether this mechanism can do all that another can, and more, as far as turns and slides tell.
+    pub fn contains(&self, other: &Self) -> bool {
+        let as_free = self.turns >= other.turns && self.slides >= other.slides;
+        as_free && (self.turns + self.slides > other.turns + other.slides || self.parameters > other.parameters)
+    }
 }
 
 /// Standard deviations of a fitted axis.

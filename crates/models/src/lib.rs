@@ -48,13 +48,15 @@ mod catalog;
 mod confidence;
 pub mod conformance;
 mod fit;
+pub mod lower_pair;
 mod plugin;
+pub mod point_path;
 pub mod settings;
 pub mod thesis;
 
 pub use catalog::{Catalog, CatalogError};
 pub use confidence::{Confidence, NotAConfidence};
-pub use fit::{Axis, AxisUncertainty, Evidence, FitError, Joint, JointFit, Positions};
+pub use fit::{Axis, AxisUncertainty, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions};
 pub use plugin::{JointModel, JointModelPlugin, Origin};
 
 pub use {inventory, jointscope_motion as motion, toml};

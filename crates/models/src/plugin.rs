@@ -21,6 +21,11 @@ pub trait JointModel: Debug + Send + Sync {
     /// # Errors
     /// [`FitError`], which becomes a note beside a confidence of 0.
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError>;
+
+    /// Whether its fits state [`Evidence`](crate::Evidence), which rules that compare likelihoods need.
+    fn states_evidence(&self) -> bool {
+        false
+    }
 }
 
 /// The crate that a model comes from.

@@ -1,11 +1,18 @@
 //! The motion of one body: its pose in every frame, its shape, its noise.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
-use nalgebra::{Point3, SymmetricEigen};
+use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
+use crate::line::{Line, is_line};
+use crate::noise::{Residuals, Spread, lag_one};
 use crate::poses::{Shape, chained, chained_from_the_best, first, settle, spread};
-use crate::{Body, MotionSettings, NoiseSetting, Observation, Pose, Registration, Tracks, noise, noise::Residuals};
+use crate::robust::{Registered, register_robustly};
+use crate::uncertainty::{of_registered, of_tracked};
+use crate::{
+    Body, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, Tracks, depth, noise, tracked::without_jumps,
+};
 
 /// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
 const SHAPE_ROUNDS: usize = 50;
@@ -16,6 +23,8 @@ const VAGUE_TURN: f64 = 0.3;
 /// Distance, in standard deviations of a coordinate, that noise does not explain: of a million Gaussian samples not one
 /// is beyond 6.
 const WILD: f64 = 10.0;
+/// Uncertainty of a rotation that was replaced by that of its surroundings in time, radians.
+const REPLACED: f64 = 0.175;
 /// Distance, as a share of the body's size, that rounding explains.
 const ROUNDING: f64 = 1e-9;
 
@@ -32,6 +41,16 @@ pub struct BodyMotion<'r> {
     unposed: Option<String>,
     noise: Noise,
     outlier: Option<Outlier>,
+    registered: Option<Registered>,
+    spread: Spread,
+    drift: f64,
+    line: Option<Line>,
+    /// Of a body given as poses: without jumps, and the frames whose rotation was replaced.
+    tracked: Option<(Vec<Option<Pose>>, Vec<bool>)>,
+    pose_radius: f64,
+    play: Play,
+    at_rest: bool,
+    covariances: OnceLock<Vec<Matrix6<f64>>>,
 }
 
 /// Estimated or given noise of a body's observations.
@@ -75,6 +94,7 @@ impl<'r> BodyMotion<'r> {
             Observation::Poses(poses) => Self::of_poses(body.name(), poses, settings),
             Observation::AtRest(frames) => Self {
                 noise: Noise { position: Some(0.0), rotation: Some(0.0) },
+                at_rest: true,
                 ..Self::of_poses(body.name(), &vec![Some(Pose::identity()); *frames], settings)
             },
         }
@@ -82,31 +102,95 @@ impl<'r> BodyMotion<'r> {
 
     fn of_points(name: &'r str, tracks: &'r Tracks, settings: &MotionSettings) -> Self {
         let registered = match settings.registration {
-            Registration::Chained => chained(tracks),
-            Registration::First => first(tracks),
-            Registration::Shape => chained_from_the_best(tracks).map(|poses| settle(tracks, poses, SHAPE_ROUNDS).0),
+            Registration::Shape if settings.robust => register_robustly(tracks),
+            Registration::Shape => chained_from_the_best(tracks)
+                .map(|poses| Registered::plain(tracks, settle(tracks, poses, SHAPE_ROUNDS).0)),
+            Registration::Chained => chained(tracks).map(|poses| Registered::plain(tracks, poses)),
+            Registration::First => first(tracks).map(|poses| Registered::plain(tracks, poses)),
         };
-        let mut outlier = None;
-        let (mut poses, mut unposed, mut position) = match registered {
-            Ok(poses) => {
-                let (settled, shape) = settle(tracks, poses.clone(), NOISE_ROUNDS);
-                let residuals = Residuals::of(tracks, &settled, &shape);
-                outlier = Outlier::among(&residuals, &shape);
-                (poses, vague_turn(&shape, residuals.typical), residuals.sigma)
-            }
-            Err(reason) => (vec![None; tracks.frames()], Some(reason.to_string()), None),
-        };
-        if unposed.is_some() {
-            poses.fill(None);
-            position = position.or_else(|| noise::of_single_points(tracks));
+        let mut motion = Self::unseen(name, Cow::Borrowed(tracks), settings);
+        match registered {
+            Ok(registered) => motion.take(registered, tracks, settings),
+            Err(reason) => motion.unposed = Some(reason.to_string()),
+        }
+        let features = tracks.features();
+        if motion.unposed.is_some() {
+            motion.poses.fill(None);
+            motion.line = Line::of(tracks, |_, _| true);
+            let of_line = motion.line.as_ref().and_then(|line| line.noise);
+            motion.noise.position = motion.noise.position.or(of_line).or_else(|| noise::of_single_points(tracks));
+        } else if let Some(registered) = &motion.registered
+            && is_line(&registered.shape, motion.spread.mean())
+        {
+            motion.line = Line::of(tracks, |frame, feature| registered.used[frame * features + feature]);
         }
         if let NoiseSetting::Known(sigma) = settings.noise {
-            position = Some(sigma);
+            motion.noise.position = Some(sigma);
         }
-        if let Some(reason) = &mut unposed {
+        if let Some(line) = &motion.line {
+            let sigma = motion.noise.position.or(line.noise).unwrap_or(0.0);
+            motion.spread = Spread { across: sigma, along: sigma };
+        }
+        if let Some(reason) = &mut motion.unposed {
             reason.insert_str(0, "its orientation is not observed: ");
         }
-        Self { name, tracks: Cow::Borrowed(tracks), poses, unposed, noise: Noise { position, rotation: None }, outlier }
+        motion
+    }
+
+    fn unseen(name: &'r str, tracks: Cow<'r, Tracks>, settings: &MotionSettings) -> Self {
+        Self {
+            name,
+            poses: vec![None; tracks.frames()],
+            tracks,
+            unposed: None,
+            noise: Noise::default(),
+            outlier: None,
+            registered: None,
+            spread: Spread { across: 0.0, along: 0.0 },
+            drift: 0.0,
+            line: None,
+            tracked: None,
+            pose_radius: settings.pose_radius,
+            play: settings.play,
+            at_rest: false,
+            covariances: OnceLock::new(),
+        }
+    }
+
+    /// Takes over poses, noise and shape of a registration.
+    fn take(&mut self, mut registered: Registered, tracks: &Tracks, settings: &MotionSettings) {
+        let robust = settings.robust && settings.registration == Registration::Shape;
+        let features = tracks.features();
+        // Thesis registrations fit no shape: theirs is settled on the side, to measure noise.
+        let settled =
+            (!robust).then(|| settle(tracks, registered.poses.clone(), NOISE_ROUNDS)).map(|(poses, shape)| {
+                registered.shape = shape;
+                poses
+            });
+        let residuals = |registered: &Registered| {
+            let poses = settled.as_ref().unwrap_or(&registered.poses);
+            Residuals::of(tracks, poses, &registered.shape, |t, f| registered.used[t * features + f])
+        };
+        let found = residuals(&registered);
+        let sigma = match settings.noise {
+            NoiseSetting::Known(sigma) => Some(sigma),
+            NoiseSetting::Estimate => found.sigma,
+        };
+        let equal = Spread { across: sigma.unwrap_or(0.0), along: sigma.unwrap_or(0.0) };
+        self.spread = match (robust, settings.noise, sigma) {
+            (true, NoiseSetting::Estimate, Some(sigma)) => depth::refine(tracks, &mut registered, sigma),
+            _ => equal,
+        };
+        self.noise.position = if self.spread == equal { found.sigma } else { Some(self.spread.mean()) };
+        if !robust {
+            self.outlier = Outlier::among(&found, &registered.shape);
+        }
+        self.drift = lag_one(tracks, settled.as_ref().unwrap_or(&registered.poses), &registered.shape, |t, f| {
+            registered.used[t * features + f]
+        });
+        self.unposed = vague_turn(&registered.shape, found.typical);
+        self.poses.clone_from(&registered.poses);
+        self.registered = Some(registered);
     }
 
     fn of_poses(name: &'r str, tracked: &[Option<Pose>], settings: &MotionSettings) -> Self {
@@ -115,13 +199,17 @@ impl<'r> BodyMotion<'r> {
             NoiseSetting::Known(sigma) => Some(sigma),
             NoiseSetting::Estimate => noise::of_positions(tracked),
         };
+        let rotation = noise::of_rotations(tracked);
+        let from_start = |poses: &[Option<Pose>]| -> Vec<Option<Pose>> {
+            poses.iter().map(|pose| Some(pose.as_ref()? * start.inverse())).collect()
+        };
+        let (cleaned, replaced) = without_jumps(tracked, position.unwrap_or(0.0), rotation.unwrap_or(0.0));
+        let tracks = Cow::Owned(virtual_features(tracked, settings.pose_radius));
         Self {
-            name,
-            tracks: Cow::Owned(virtual_features(tracked, settings.pose_radius)),
-            poses: tracked.iter().map(|pose| Some(pose.as_ref()? * start.inverse())).collect(),
-            unposed: None,
-            noise: Noise { position, rotation: noise::of_rotations(tracked) },
-            outlier: None,
+            poses: from_start(tracked),
+            noise: Noise { position, rotation },
+            tracked: Some((from_start(&cleaned), replaced)),
+            ..Self::unseen(name, tracks, settings)
         }
     }
 
@@ -155,6 +243,136 @@ impl<'r> BodyMotion<'r> {
     /// Least squares bends the frame's pose towards such a sample, and verdicts and axes with it.
     pub fn outlier(&self) -> Option<Outlier> {
         self.outlier
+    }
+
+    /// Correlation of the samples' errors with those of the frame before, from -1 to 1; 0 where nothing tells.
+    pub fn drift(&self) -> f64 {
+        self.drift
+    }
+
+    /// Features that disagree with the rest of the body and were left out of its registration.
+    pub fn strays(&self) -> &[usize] {
+        self.registered.as_ref().map_or(&[], |registered| &registered.strays)
+    }
+
+    /// Number of single wild samples that were left out of the registration.
+    pub fn wild_samples(&self) -> usize {
+        self.registered.as_ref().map_or(0, |registered| registered.wild)
+    }
+
+    /// Number of frames whose tracked rotation, or whose whole pose, left its surroundings in time and was not used.
+    pub fn jumps(&self) -> usize {
+        self.tracked.as_ref().map_or(0, |(cleaned, replaced)| {
+            let dropped = self.poses.iter().zip(cleaned).filter(|(pose, kept)| pose.is_some() && kept.is_none());
+            dropped.count() + replaced.iter().filter(|replaced| **replaced).count()
+        })
+    }
+
+    /// Direction of the line on which all features of the body lie, in the body's coordinates, if they do: the turn
+    /// about it is not seen.
+    pub fn line(&self) -> Option<Vector3<f64>> {
+        self.line.as_ref().map(|line| line.direction)
+    }
+
+    /// Noise along the viewing ray over noise across it, where the data show a difference; else 1.
+    pub fn depth_noise(&self) -> f64 {
+        if self.spread.across > 0.0 { self.spread.along / self.spread.across } else { 1.0 }
+    }
+
+    /// `recording_from_body` for every frame as likelihoods use it: for a body given as poses without their jumps, for
+    /// one on a line with the least turn about it. Empty of poses for one feature.
+    ///
+    /// How well each is known says [`BodyMotion::pose_covariances`].
+    pub fn likely_poses(&self) -> &[Option<Pose>] {
+        match (&self.line, &self.tracked) {
+            (Some(line), _) => &line.poses,
+            (None, Some((cleaned, _))) => cleaned,
+            (None, None) => &self.poses,
+        }
+    }
+
+    /// Covariance of every one of [`BodyMotion::likely_poses`], rad and m squared: a twist `[ω; v]` about the body's
+    /// [centre](BodyMotion::centre), in axes of the recording.
+    pub fn pose_covariances(&self) -> &[Matrix6<f64>] {
+        self.covariances.get_or_init(|| {
+            let centre = self.centre();
+            if let Some((_, replaced)) = &self.tracked {
+                let [position, rotation] = [self.noise.position, self.noise.rotation].map(Option::unwrap_or_default);
+                return of_tracked(position, rotation, replaced, REPLACED);
+            }
+            let features = self.tracks.features();
+            let Some(registered) = &self.registered else {
+                let Some(line) = &self.line else { return vec![Matrix6::zeros(); self.poses.len()] };
+                return of_registered(&self.tracks, &line.poses, &line.shape, |_, _| true, self.sound_spread(), &centre);
+            };
+            let used = |frame: usize, feature: usize| registered.used[frame * features + feature];
+            let (poses, shape) = self
+                .line
+                .as_ref()
+                .map_or((&registered.poses, &registered.shape), |line| (&line.poses, &line.shape));
+            of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
+        })
+    }
+
+    /// The spread, never so small that its inverse is not a number.
+    fn sound_spread(&self) -> Spread {
+        let least = (1e-6 * self.size()).max(1e-30);
+        Spread { across: self.spread.across.max(least), along: self.spread.along.max(least) }
+    }
+
+    /// Mean of the features in the body's coordinates, or where a tracker's pose starts, metres.
+    pub fn centre(&self) -> Point3<f64> {
+        if self.tracked.is_some() {
+            let corners: Vec<_> = self.first_seen_frame().map_or(&[][..], |t| self.tracks.frame(t)).to_vec();
+            return Point3::from(corners.iter().map(|p| p.coords).sum::<Vector3<f64>>() / corners.len().max(1) as f64);
+        }
+        let points = || self.shape().filter_map(|place| *place);
+        let count = points().count().max(1) as f64;
+        Point3::from(points().map(|p| p.coords).sum::<Vector3<f64>>() / count)
+    }
+
+    fn shape(&self) -> impl Iterator<Item = &Option<Point3<f64>>> {
+        let shape: &[Option<Point3<f64>>] = match (&self.line, &self.registered) {
+            (Some(line), _) => &line.shape,
+            (None, Some(registered)) => &registered.shape,
+            (None, None) => &[],
+        };
+        let strays = self.strays();
+        shape.iter().enumerate().filter(|(feature, _)| !strays.contains(feature)).map(|(_, place)| place)
+    }
+
+    /// The features that count, relative to the body's [centre](BodyMotion::centre), metres; virtual ones for a body
+    /// given as poses.
+    pub fn features_about_centre(&self) -> Vec<Vector3<f64>> {
+        let centre = self.centre();
+        if self.tracked.is_some() {
+            let corners = self.first_seen_frame().map_or(&[][..], |frame| self.tracks.frame(frame));
+            return corners.iter().map(|corner| corner - centre).collect();
+        }
+        self.shape().flatten().map(|place| place - centre).collect()
+    }
+
+    /// How far joints of the body may depart from ideal ones.
+    pub fn play(&self) -> &Play {
+        &self.play
+    }
+
+    /// Diameter of the body about its centre, metres; `pose_radius` for one given as poses.
+    pub fn size(&self) -> f64 {
+        if self.tracked.is_some() {
+            return self.pose_radius;
+        }
+        2.0 * self.features_about_centre().iter().map(|p| p.norm()).fold(0.0, f64::max)
+    }
+
+    /// Whether this is the world: a body that rests by definition.
+    pub fn is_at_rest(&self) -> bool {
+        self.at_rest
+    }
+
+    /// Whether the body's poses were given by a tracker rather than found from features.
+    pub fn is_tracked(&self) -> bool {
+        self.tracked.is_some()
     }
 
     /// The first frame in which the body has a pose: there its coordinates are the recording's.

@@ -17,20 +17,30 @@
 
 mod body;
 mod body_motion;
+mod depth;
 mod error;
 mod extent;
+mod line;
 mod noise;
+mod play;
+mod pose_series;
 mod poses;
 mod recording;
 mod registration;
 mod relative_motion;
+mod robust;
 mod settings;
+mod tracked;
 mod tracks;
+pub mod twist;
+mod uncertainty;
 
 pub use body::{Body, Observation};
 pub use body_motion::{BodyMotion, Noise, Outlier};
 pub use error::MotionError;
 pub use extent::{extent, path_length};
+pub use play::Play;
+pub use pose_series::{End, PoseSeries};
 pub use recording::Recording;
 pub use registration::{RegistrationError, register};
 pub use relative_motion::{Lengths, RelativeMotion, RelativeMotionError, Trajectories, Trajectory};

@@ -1,8 +1,28 @@
 //! Noise of observations, from what the data themselves show.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::{Pose, Tracks};
+
+/// Standard deviation of a sample's coordinate across and along the viewing ray, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Spread {
+    pub(crate) across: f64,
+    pub(crate) along: f64,
+}
+
+impl Spread {
+    /// Root mean square over the three coordinates, metres.
+    pub(crate) fn mean(&self) -> f64 {
+        ((2.0 * self.across.powi(2) + self.along.powi(2)) / 3.0).sqrt()
+    }
+
+    /// Information of a point seen along a unit ray, 1/m².
+    pub(crate) fn information(&self, ray: &Vector3<f64>) -> Matrix3<f64> {
+        let (across, along) = (self.across.powi(-2), self.along.powi(-2));
+        Matrix3::from_diagonal_element(across) + ray * ray.transpose() * (along - across)
+    }
+}
 
 /// Variance of a third difference of white noise, in variances of the noise: 1 + 9 + 9 + 1.
 const THIRD_DIFFERENCE: f64 = 20.0;
@@ -24,13 +44,19 @@ pub(crate) struct Residuals {
 }
 
 impl Residuals {
-    pub(crate) fn of(tracks: &Tracks, poses: &[Option<Pose>], shape: &[Option<Point3<f64>>]) -> Self {
+    /// Residuals of the samples for which `counts(frame, feature)` holds.
+    pub(crate) fn of(
+        tracks: &Tracks,
+        poses: &[Option<Pose>],
+        shape: &[Option<Point3<f64>>],
+        counts: impl Fn(usize, usize) -> bool,
+    ) -> Self {
         let mut used = vec![false; shape.len()];
         let (mut samples, mut frames, mut sum) = (0_usize, 0_usize, 0.0);
         let (mut of_frames, mut worst) = (Vec::new(), None);
         for (frame, pose) in fresh(tracks, poses) {
             let (mut here, mut squares) = (0_usize, 0.0);
-            for (feature, position) in tracks.seen(frame) {
+            for (feature, position) in tracks.seen(frame).filter(|&(feature, _)| counts(frame, feature)) {
                 let Some(expected) = &shape[feature] else { continue };
                 let square = (position - pose * expected).norm_squared();
                 used[feature] = true;
@@ -55,6 +81,31 @@ impl Residuals {
         let worst = worst.map(|(frame, feature, square)| (frame, feature, square.sqrt()));
         Self { sigma, typical: median(of_frames).or(sigma), worst }
     }
+}
+
+/// Correlation of the residuals with those of the frame before, from -1 to 1.
+///
+/// A tracker that drifts, a filter, or skin that slides makes successive residuals alike, and so many frames worth
+/// fewer. The fitted poses and shape hide part of it.
+pub(crate) fn lag_one(
+    tracks: &Tracks,
+    poses: &[Option<Pose>],
+    shape: &[Option<Point3<f64>>],
+    counts: impl Fn(usize, usize) -> bool,
+) -> f64 {
+    let residual = |frame: usize, feature: usize| {
+        let place = shape[feature].filter(|_| counts(frame, feature))?;
+        Some(tracks.get(frame, feature)? - poses[frame]? * place)
+    };
+    let (mut product, mut squares) = (0.0, 0.0);
+    for frame in 1..tracks.frames() {
+        for feature in 0..tracks.features() {
+            let Some((before, now)) = residual(frame - 1, feature).zip(residual(frame, feature)) else { continue };
+            product += before.dot(&now);
+            squares += before.norm_squared() + now.norm_squared();
+        }
+    }
+    if squares > 0.0 { 2.0 * product / squares } else { 0.0 }
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

@@ -86,15 +86,19 @@ pub(crate) fn settle(tracks: &Tracks, mut poses: Vec<Option<Pose>>, rounds: usiz
             break;
         }
     }
-    if let Some(start) = poses.iter().flatten().next().copied() {
-        for pose in poses.iter_mut().flatten() {
-            *pose *= start.inverse();
-        }
-        for position in shape.iter_mut().flatten() {
-            *position = start * *position;
-        }
-    }
+    rebase(&mut poses, &mut shape);
     (poses, shape)
+}
+
+/// Moves the body's coordinates so that the first pose is the identity.
+pub(crate) fn rebase(poses: &mut [Option<Pose>], shape: &mut Shape) {
+    let Some(start) = poses.iter().flatten().next().copied() else { return };
+    for pose in poses.iter_mut().flatten() {
+        *pose *= start.inverse();
+    }
+    for position in shape.iter_mut().flatten() {
+        *position = start * *position;
+    }
 }
 
 /// Mean of every feature's positions in the body's coordinates; exact repetitions of a frame count once.

@@ -61,31 +61,40 @@ pub fn register<'p, I>(pairs: I) -> Result<Pose, RegistrationError>
 where
     I: Iterator<Item = (&'p Point3<f64>, &'p Point3<f64>)> + Clone,
 {
-    let (mut found, mut source_sum, mut target_sum, mut magnitude) =
-        (0_usize, Vector3::zeros(), Vector3::zeros(), 0.0_f64);
-    for (p, q) in pairs.clone() {
-        found += 1;
-        source_sum += p.coords;
-        target_sum += q.coords;
+    register_weighted(pairs.map(|(p, q)| (p, q, 1.0)))
+}
+
+/// As [`register`], every correspondence with a weight of its own; those of weight 0 do not count.
+pub(crate) fn register_weighted<'p, I>(pairs: I) -> Result<Pose, RegistrationError>
+where
+    I: Iterator<Item = (&'p Point3<f64>, &'p Point3<f64>, f64)> + Clone,
+{
+    let (mut found, mut count, mut source_sum, mut target_sum, mut magnitude) =
+        (0_usize, 0.0, Vector3::zeros(), Vector3::zeros(), 0.0_f64);
+    for (p, q, weight) in pairs.clone() {
+        found += usize::from(weight > 0.0);
+        count += weight;
+        source_sum += p.coords * weight;
+        target_sum += q.coords * weight;
         magnitude = magnitude.max(p.coords.amax()).max(q.coords.amax());
     }
     if found < 3 {
         return Err(RegistrationError::TooFewPoints { found });
     }
-    let count = found as f64;
     let (source_centroid, target_centroid) = (source_sum / count, target_sum / count);
-    let covariance = pairs.clone().fold(Matrix3::zeros(), |sum, (p, q)| {
-        sum + (p.coords - source_centroid) * (q.coords - target_centroid).transpose()
+    let covariance = pairs.clone().fold(Matrix3::zeros(), |sum, (p, q, weight)| {
+        sum + (p.coords - source_centroid) * weight * (q.coords - target_centroid).transpose()
     });
     let mut axes = SingularVectors::of(&covariance);
     let mut off_line = f64::INFINITY;
     if axes.values[1] < THIN_ASPECT * THIN_ASPECT * axes.values[0] {
         let (mut within, mut off_lines) = (Matrix3::zeros(), [0.0; 2]);
-        for (p, q) in pairs {
+        for (p, q, weight) in pairs {
             let p = axes.left.tr_mul(&(p.coords - source_centroid));
             let q = axes.right.tr_mul(&(q.coords - target_centroid));
-            within += p * q.transpose();
-            off_lines = [off_lines[0] + p.yz().norm_squared(), off_lines[1] + q.yz().norm_squared()];
+            within += p * weight * q.transpose();
+            off_lines =
+                [off_lines[0] + weight * p.yz().norm_squared(), off_lines[1] + weight * q.yz().norm_squared()];
         }
         // The covariance holds the product of both clouds' thickness: a thick one must not hide that the other is a
         // line up to rounding.

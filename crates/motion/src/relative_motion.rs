@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Vector3, distance};
 
-use crate::{BodyMotion, Pose, Tracks, extent, path_length};
+use crate::{BodyMotion, Pose, PoseSeries, Tracks, extent, path_length};
 
 /// Why one body's motion cannot be seen from another.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -94,6 +94,7 @@ pub struct RelativeMotion<'m> {
     frames: Vec<usize>,
     trajectories: Trajectories,
     paths: OnceLock<Lengths>,
+    pose_series: OnceLock<Option<PoseSeries>>,
 }
 
 impl<'m> RelativeMotion<'m> {
@@ -118,7 +119,7 @@ impl<'m> RelativeMotion<'m> {
             return Err(RelativeMotionError::NeverTogether { reference, moving });
         }
         let trajectories = seen_from(reference, moving, &frames);
-        Ok(Self { reference, moving, frames, trajectories, paths: OnceLock::new() })
+        Ok(Self { reference, moving, frames, trajectories, paths: OnceLock::new(), pose_series: OnceLock::new() })
     }
 
     /// The body from which motion is seen.
@@ -149,6 +150,28 @@ impl<'m> RelativeMotion<'m> {
     /// `reference_from_moving` at a frame, where both bodies are posed.
     pub fn pose(&self, frame: usize) -> Option<Pose> {
         Some(self.reference.poses()[frame]?.inverse() * self.moving.poses()[frame]?)
+    }
+
+    /// The poses of the pair with their uncertainty; `None` if one of the bodies shows no orientation at all.
+    pub fn pose_series(&self) -> Option<&PoseSeries> {
+        self.pose_series.get_or_init(|| PoseSeries::between(self.reference, self.moving)).as_ref()
+    }
+
+    /// The same motion with successive frames merged, about so many being left; `None` where that leaves too few
+    /// frames in each.
+    ///
+    /// Where the motion of a frame drowns in its noise, that of many frames together does not.
+    #[must_use]
+    pub fn merged(&self, frames: usize) -> Option<Self> {
+        let merged = self.pose_series()?.merged(frames)?;
+        Some(Self { pose_series: OnceLock::from(Some(merged)), ..self.clone() })
+    }
+
+    /// The same motion with a noise `factor` times as large.
+    #[must_use]
+    pub fn with_noise(&self, factor: f64) -> Option<Self> {
+        let series = self.pose_series()?.with_noise(factor);
+        Some(Self { pose_series: OnceLock::from(Some(series)), ..self.clone() })
     }
 
     /// `moving_from_reference` at one moment: takes an axis from the reference's coordinates to the moving body's.

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Play;
+
 /// How a body's poses are found from its features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -47,14 +49,61 @@ mod estimate {
     }
 }
 
+mod play_setting {
+    use schemars::JsonSchema;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+    use super::Play;
+
+    #[derive(Serialize, Deserialize, JsonSchema)]
+    #[serde(untagged)]
+    pub(super) enum Written {
+        /// A share of the travel, or "none".
+        Share(String),
+        /// Metres.
+        Distance(#[schemars(range(min = 0.0))] f64),
+        /// Every share by itself.
+        Table(Play),
+    }
+
+    pub(super) fn serialize<S: Serializer>(play: &Play, serializer: S) -> Result<S::Ok, S::Error> {
+        play.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Play, D::Error> {
+        match Written::deserialize(deserializer)? {
+            Written::Table(play) => Ok(play),
+            Written::Distance(0.0) => Ok(Play::NONE),
+            Written::Distance(distance) => Ok(Play { distance, travel: 0.0, ..Play::default() }),
+            Written::Share(text) if text == "none" => Ok(Play::NONE),
+            Written::Share(text) => {
+                let number = text.strip_suffix('%').and_then(|number| number.trim().parse::<f64>().ok());
+                let percent = number.filter(|percent| (0.0..=100.0).contains(percent));
+                let travel = percent.ok_or_else(|| {
+                    D::Error::custom(format!("expected a share such as \"0.7 %\", or \"none\", found \"{text}\""))
+                })? / 100.0;
+                Ok(Play { travel, ..Play::default() })
+            }
+        }
+    }
+}
+
 /// How motion is recovered from observations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionSettings {
     /// How poses are found from features: "shape", "first" or "chained" (the thesis).
     pub registration: Registration,
+    /// Whether registration to the "shape" leaves out wild samples and features that belong to something else, and
+    /// tells noise along the viewing ray from noise across it.
+    pub robust: bool,
     /// Standard deviation of a coordinate in metres, or "estimate" to find it from the data.
     pub noise: NoiseSetting,
+    /// How far real joints depart from ideal ones: a share of the travel such as "0.7 %", a number of metres, "none",
+    /// or a table of all shares.
+    #[serde(with = "play_setting")]
+    #[schemars(with = "play_setting::Written")]
+    pub play: Play,
     /// Distance in metres of the four virtual features by which models that look at points see a body given as poses.
     #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub pose_radius: f64,
@@ -62,6 +111,6 @@ pub struct MotionSettings {
 
 impl Default for MotionSettings {
     fn default() -> Self {
-        Self { registration: Registration::default(), noise: NoiseSetting::default(), pose_radius: 0.1 }
+        Self { registration: Registration::default(), robust: true, noise: NoiseSetting::default(), play: Play::default(), pose_radius: 0.1 }
     }
 }

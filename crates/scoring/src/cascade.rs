@@ -62,7 +62,7 @@ impl Cascade {
         let mut left = 1.0;
         let mut confidences = Vec::with_capacity(self.order.len() + 1);
         for name in &self.order {
-            let says = findings.get(name).map_or(0.0, |confidence| confidence.value());
+            let says = findings.get(name).map_or(0.0, |finding| finding.confidence.value());
             confidences.push((name.clone(), left * says));
             left *= 1.0 - says;
         }
@@ -75,7 +75,7 @@ impl Cascade {
         let joints = self.order.iter().chain([&self.otherwise]);
         let share = 1.0 / (self.order.len() + 1) as f64;
         let confidences = joints.map(|joint| (joint.clone(), share)).collect();
-        Verdict { joint: self.otherwise.clone(), confidence: share, confidences, doubts: Vec::new() }
+        Verdict { joint: self.otherwise.clone(), confidence: share, confidences, doubts: Vec::new(), richer: None, cost: None }
     }
 }
 
@@ -93,7 +93,7 @@ mod tests {
 
     fn findings(rigid: f64, prismatic: f64, revolute: f64) -> Findings {
         [("rigid", rigid), ("prismatic", prismatic), ("revolute", revolute)]
-            .map(|(name, c)| (name.to_owned(), Confidence::new(c).expect("in range")))
+            .map(|(name, c)| (name.to_owned(), Confidence::new(c).expect("in range").into()))
             .into()
     }
 

@@ -11,6 +11,10 @@ pub struct Verdict {
     pub confidences: Vec<(String, f64)>,
     /// Why the data do not decide, if they do not.
     pub doubts: Vec<String>,
+    /// A joint that can do more than this one and that the data show beyond noise and play.
+    pub richer: Option<String>,
+    /// Cost of the joint in units of -2 log likelihood, from rules that compare evidence.
+    pub cost: Option<f64>,
 }
 
 impl Verdict {
@@ -22,6 +26,6 @@ impl Verdict {
         let close = ranked.get(1).filter(|(_, next)| confidence - next < margin);
         let doubts =
             close.map(|(rival, next)| format!("{rival} ({next:.3}) is nearly as likely as {joint} ({confidence:.3})"));
-        Self { joint, confidence, doubts: doubts.into_iter().collect(), confidences }
+        Self { joint, confidence, doubts: doubts.into_iter().collect(), confidences, richer: None, cost: None }
     }
 }

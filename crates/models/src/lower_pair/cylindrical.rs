@@ -1,0 +1,57 @@
+//! `cylindrical`: a turn about an axis, and a slide along it.
+
+use jointscope_motion::{Pose, PoseSeries, RelativeMotion, twist::Twist};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Geometry, Mechanism, Mobility, Placement, judge, starts, turn_about_z};
+use crate::{FitError, JointFit, JointModel, joint_model};
+
+/// Cylindrical joint: rotation about a fixed axis and translation along it, independent of each other.
+///
+/// The path of a single point cannot tell it from other motions on a surface; such bodies are not judged.
+///
+/// References: docs/method.md, "Mechanisms".
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Cylindrical {}
+
+joint_model!(Cylindrical, "cylindrical", "rotation about a fixed axis and translation along it");
+
+impl Mechanism for Cylindrical {
+    fn mobility(&self) -> Mobility {
+        Mobility { turns: 1, slides: 1, parameters: 13 }
+    }
+
+    fn geometry(&self, _: &Vector2<f64>) -> Geometry {
+        Geometry::Axis { pitch: None }
+    }
+
+    fn pose(&self, q: &Vector3<f64>, _: &Vector2<f64>) -> Pose {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), q.x);
+        Pose::from_parts(Vector3::new(0.0, 0.0, q.y).into(), turn)
+    }
+
+    fn twists(&self, _: &Vector3<f64>, _: &Vector2<f64>) -> [Twist; 3] {
+        [Twist::new(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), Twist::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0), Twist::zeros()]
+    }
+
+    fn project(&self, motion: &Pose, previous: &Vector3<f64>, _: &Vector2<f64>) -> Vector3<f64> {
+        Vector3::new(turn_about_z(motion, previous.x), motion.translation.z, 0.0)
+    }
+
+    fn starts(&self, series: &PoseSeries) -> Vec<Placement> {
+        starts::about_axes_or_travel(series)
+    }
+}
+
+impl JointModel for Cylindrical {
+    fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
+        judge(self, motion)
+    }
+
+    fn states_evidence(&self) -> bool {
+        true
+    }
+}

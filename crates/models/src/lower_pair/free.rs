@@ -1,0 +1,61 @@
+//! `free`: any motion.
+
+use jointscope_motion::{RelativeMotion, twist};
+use nalgebra::Vector6;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Mobility, random_effect, starts};
+use crate::{Confidence, Departure, Evidence, FitError, Joint, JointFit, JointModel, joint_model, point_path};
+
+/// Free motion: the bodies are not connected; in results it is usually named `disconnected`.
+///
+/// Explains everything, at the price of six positions that spread; any joint that explains the motion nearly as well
+/// costs less.
+///
+/// References: docs/method.md, "Mechanisms".
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Free {
+    /// What free motion counts in parameters: the fewer, the sooner a joint with play gives way to it. Mean and
+    /// covariance of all positions are 27.
+    #[schemars(range(min = 6, max = 27))]
+    pub parameters: u8,
+}
+
+impl Default for Free {
+    fn default() -> Self {
+        Self { parameters: 18 }
+    }
+}
+
+joint_model!(Free, "free", "any motion: the bodies are not connected");
+
+impl JointModel for Free {
+    fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
+        let Some(series) = motion.pose_series() else { return point_path::anywhere(motion) };
+        let count = series.poses().len();
+        if count < 3 {
+            return Err(FitError::TooFewFrames { needed: 3, found: count });
+        }
+        let home = starts::at_rest(series).home.inverse();
+        let departures: Vec<Vector6<f64>> = series.poses().iter().map(|pose| twist::log(&(home * pose))).collect();
+        let plays = series.ends().iter().any(|end| end.shift_play > 0.0);
+        let mut fit = JointFit::new(Confidence::ONE, Joint::default()).with_residual(0.0);
+        fit.evidence = Some(Evidence {
+            chi_squared: series.merged_cost(),
+            configuration_cost: random_effect::cost(&departures, series.noise()),
+            prior_cost: 0.0,
+            mobility: Mobility { turns: 3, slides: 3, parameters: usize::from(self.parameters) },
+            freedom: 6.0 * (series.seen() - count) as f64,
+            observations: (6 * series.observed().min(60)) as f64,
+            correlation_time: series.correlation_time(),
+            departure: plays.then_some(Departure { squared: 0.0, per_noise: f64::INFINITY, adequate: 25.0 }),
+        });
+        Ok(fit)
+    }
+
+    fn states_evidence(&self) -> bool {
+        true
+    }
+}

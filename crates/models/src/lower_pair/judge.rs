@@ -1,0 +1,486 @@
+//! From a mechanism and a motion to a joint with evidence.
+
+use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, twist, twist::Twist};
+use nalgebra::{DVector, Matrix6, Point3, SMatrix, SVector, Unit, Vector3};
+
+use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect};
+use crate::{
+    Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Positions,
+};
+
+/// Frames below which nothing is fitted.
+const FEWEST: usize = 3;
+/// Frames of a recording that count as independent where play, not noise, decides: further ones say nothing new about
+/// a slow departure.
+const INDEPENDENT_FRAMES: usize = 60;
+/// Rounds of reweighting, and the residual, in medians, from which a frame loses weight.
+const ROUNDS: usize = 3;
+const REMOTE: f64 = 3.0;
+/// Squared distance of a frame, in standard deviations, from which it counts as wrong rather than unlikely.
+const WRONG: f64 = 36.0;
+/// Variance of the noise that a misfit is allowed before it counts, in variances.
+const ALLOWANCE: f64 = 1.25;
+/// Turn that a joint must explain for its play to be a share of it, radians; 10 degrees.
+const EXPLAINED_TURN: f64 = 0.1745;
+/// Orientations of trackers may be slowly wrong by this, radians: 3 degrees where they are weighed, 1 degree where they
+/// are charged, at a price.
+const WRONG_WEIGHT: f64 = 0.0524;
+const WRONG_TURN: f64 = 0.0175;
+const WRONG_PRICE: f64 = 4.0;
+/// Squared departure beyond which a joint is not the right one.
+const ADEQUATE: f64 = 25.0;
+/// Coordinates that slow departures have in a recording, for the uncertainty of axes.
+const SLOW_FRAMES: f64 = 12.0;
+
+/// A mechanism fitted to a series of poses.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// By noise alone.
+    pub ideal: Fitted,
+    /// By noise and play, robustly.
+    pub adequate: Fitted,
+    /// Likelihood terms.
+    pub evidence: Evidence,
+    /// Misfit beyond noise: root mean square distance at the moving body, metres, and angle, radians.
+    pub misfit: (f64, f64),
+    /// Range of the turn that the joint explains, radians.
+    pub sweep: f64,
+}
+
+/// Fits a mechanism to the poses of a pair, and says how well it explains them.
+///
+/// # Errors
+/// [`FitError::TooFewFrames`]; [`FitError::Unsuitable`] if one of the bodies shows no orientation.
+///
+/// # References
+/// docs/method.md, "Evidence" and "Play".
+pub fn judge(mechanism: &dyn Mechanism, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
+    let series = motion.pose_series().ok_or_else(|| FitError::Unsuitable {
+        needed: "poses of both bodies".into(),
+        found: "one of them shows a single feature".into(),
+    })?;
+    let judged = judge_series(mechanism, series)?;
+    let confidence = Confidence::new((-0.5 * judged.evidence.own_charge()).exp().clamp(0.0, 1.0))?;
+    let fitted = judged.fitted();
+    let (joint, moving_axis) = joint_of(mechanism, series, fitted, motion.recording_frames());
+    let mut result = JointFit::new(confidence, joint)
+        .with_part("misfit_distance", judged.misfit.0)
+        .with_part("misfit_angle", judged.misfit.1)
+        .with_part("sweep", judged.sweep.to_degrees())
+        .with_part("departure", judged.evidence.departure.map_or(0.0, |departure| departure.squared))
+        .with_part("chi_squared_per_freedom", judged.evidence.chi_squared_per_freedom())
+        .with_residual(residual_rms(series, fitted));
+    result.axis_in_moving = moving_axis;
+    result.axis_uncertainty = uncertainty(mechanism, &judged, series);
+    result.evidence = Some(judged.evidence);
+    Ok(result)
+}
+
+/// Fits a mechanism to a series of poses: once by noise and play, robustly, and from there by noise alone.
+///
+/// # Errors
+/// [`FitError::TooFewFrames`].
+pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Judged, FitError> {
+    let count = series.poses().len();
+    if count < FEWEST {
+        return Err(FitError::TooFewFrames { needed: FEWEST, found: count });
+    }
+    let starts = mechanism.starts(series);
+    let plays = series.ends().iter().any(|end| end.shift_play > 0.0);
+    let play = series.play();
+    let turn_play = play.least_turn.to_radians().max(play.turn * series.turn());
+    let scale = [turn_play, series.ends()[0].shift_play];
+    let failed = || FitError::Fault { what: "the fit of the mechanism has no finite cost".into() };
+    let (adequate, weights) = robust(mechanism, series, &starts, scale, plays).ok_or_else(failed)?;
+    let white = whitened(series, [0.0; 2], &weights);
+    let ideal = fit(mechanism, series.poses(), &white, &[adequate.placement]).ok_or_else(failed)?;
+    // The robust weights find the joint; what the frames cost is told without them.
+    let white = whitened(series, [0.0; 2], &[]);
+    let chi_squared: f64 = white
+        .iter()
+        .zip(&ideal.residuals)
+        .map(|(white, residual)| {
+            let square = (white * residual).norm_squared();
+            if square > WRONG { WRONG * (1.0 + (square / WRONG).ln()) } else { square }
+        })
+        .sum();
+    let mobility = mechanism.mobility();
+    let mut evidence = Evidence {
+        chi_squared: chi_squared + series.merged_cost(),
+        configuration_cost: configuration_cost(mechanism, &ideal),
+        prior_cost: 0.0,
+        mobility,
+        freedom: freedom(mobility, series),
+        observations: (6 * series.observed().min(INDEPENDENT_FRAMES)) as f64,
+        correlation_time: series.correlation_time(),
+        departure: None,
+    };
+    let sweep = sweep(mechanism, &adequate);
+    let mut judged = Judged { ideal, adequate, evidence, misfit: (0.0, 0.0), sweep };
+    if plays {
+        let mut departure = departure(&judged.adequate, mechanism, series, sweep, None);
+        if series.tracked() && mobility.turns < 3 && departure.squared > WRONG_PRICE {
+            // Orientations may be wrong: a turn that moves nothing is no motion.
+            let loose = [WRONG_WEIGHT, scale[1]];
+            if let Some((other, _)) = robust(mechanism, series, &[judged.adequate.placement], loose, true) {
+                let mut found = self::departure(&other, mechanism, series, sweep, Some(WRONG_TURN));
+                found.squared += WRONG_PRICE;
+                if found.squared < departure.squared {
+                    judged.adequate = other;
+                    departure = found;
+                }
+            }
+        }
+        judged.misfit = departure.misfit;
+        evidence.departure = Some(Departure {
+            squared: departure.squared,
+            per_noise: departure.per_noise,
+            adequate: ADEQUATE,
+        });
+        judged.evidence = evidence;
+    }
+    Ok(judged)
+}
+
+/// Numbers observed less numbers fitted: geometry and home pose, and the positions of every frame.
+fn freedom(mobility: super::Mobility, series: &PoseSeries) -> f64 {
+    let free = f64::from(mobility.turns + mobility.slides);
+    // Mean and spread of the positions are parameters, but take nothing from the residuals.
+    let fixed = mobility.parameters as f64 - free - free * (free + 1.0) / 2.0;
+    (6.0 * series.seen() as f64 - free * series.poses().len() as f64 - fixed).max(0.0)
+}
+
+impl Judged {
+    /// The fit by noise alone where noise explains the misfit, else the one by noise and play.
+    pub fn fitted(&self) -> &Fitted {
+        if self.is_noise() { &self.ideal } else { &self.adequate }
+    }
+
+    fn is_noise(&self) -> bool {
+        let excess = self.evidence.excess();
+        self.evidence.departure.is_none_or(|departure| excess < 10.0 || excess < departure.squared)
+    }
+}
+
+/// Weights of rotation and position of a frame.
+type Weights = [f64; 2];
+
+/// A root of the information of every pose, with play added to its noise and the frames' weights.
+fn whitened(series: &PoseSeries, play: [f64; 2], weights: &[Weights]) -> Vec<Matrix6<f64>> {
+    let white = |(frame, noise): (usize, &Matrix6<f64>)| {
+        let mut covariance = *noise;
+        for k in 0..6 {
+            covariance[(k, k)] += play[k / 3].powi(2);
+        }
+        let mut white = covariance
+            .cholesky()
+            .and_then(|factor| factor.l().solve_lower_triangular(&Matrix6::identity()))
+            .unwrap_or_else(Matrix6::zeros);
+        if let Some(weights) = weights.get(frame) {
+            for column in 0..6 {
+                let root = weights[column / 3].sqrt();
+                white.column_mut(column).iter_mut().for_each(|x| *x *= root);
+            }
+        }
+        white
+    };
+    series.noise().iter().enumerate().map(white).collect()
+}
+
+/// Fits with Geman-McClure weights of rotation and position, each on its own: a flat marker's orientation flips while
+/// its position stays good.
+fn robust(
+    mechanism: &dyn Mechanism,
+    series: &PoseSeries,
+    starts: &[Placement],
+    play: [f64; 2],
+    plays: bool,
+) -> Option<(Fitted, Vec<Weights>)> {
+    let play = if plays { play } else { [0.0; 2] };
+    let mut weights: Vec<Weights> = Vec::new();
+    let mut fitted = fit(mechanism, series.poses(), &whitened(series, play, &weights), starts)?;
+    let (mut turns, mut shifts) = (Vec::new(), Vec::new());
+    for _ in 1..ROUNDS {
+        turns.clear();
+        turns.extend(fitted.residuals.iter().map(|e| e.fixed_rows::<3>(0).norm()));
+        shifts.clear();
+        shifts.extend(fitted.residuals.iter().map(|e| e.fixed_rows::<3>(3).norm()));
+        let typical = |values: &[f64], play: f64, noise: f64| {
+            REMOTE * misfit::quantile(&mut values.to_vec(), 0.5).max(play).max(noise)
+        };
+        let turn = typical(&turns, play[0], series.turn_noise());
+        let shift = typical(&shifts, play[1], series.ends()[0].shift_noise);
+        let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+        if most(&turns) < 2.0 * turn && most(&shifts) < 2.0 * shift {
+            break;
+        }
+        let weight = |length: f64, limit: f64| (1.0 + (length / limit).powi(2)).powi(-2) + 1e-6;
+        weights = turns.iter().zip(&shifts).map(|(r, x)| [weight(*r, turn), weight(*x, shift)]).collect();
+        fitted = fit(mechanism, series.poses(), &whitened(series, play, &weights), &[fitted.placement])?;
+    }
+    Some((fitted, weights))
+}
+
+/// Price of the positions.
+fn configuration_cost(mechanism: &dyn Mechanism, fitted: &Fitted) -> f64 {
+    /// A turn from which angles are compared on the circle, as rotations are, radians.
+    const FULL: f64 = 6.0;
+    let mut positions: Vec<Vector3<f64>> = fitted.positions.iter().map(|q| mechanism.spread_coordinates(q)).collect();
+    let turns = positions.iter().map(|q| q.x);
+    let range = turns.clone().fold(f64::NEG_INFINITY, f64::max) - turns.fold(f64::INFINITY, f64::min);
+    if mechanism.mobility().turns == 1 && range > FULL {
+        positions.iter_mut().for_each(|q| q.x -= std::f64::consts::TAU * (q.x / std::f64::consts::TAU).round());
+    }
+    fn cut<const D: usize>(positions: &[Vector3<f64>], noise: &[nalgebra::Matrix3<f64>]) -> (Vec<SVector<f64, D>>, Vec<SMatrix<f64, D, D>>) {
+        let positions = positions.iter().map(|q| q.fixed_rows::<D>(0).into_owned()).collect();
+        (positions, noise.iter().map(|noise| noise.fixed_view::<D, D>(0, 0).into_owned()).collect())
+    }
+    match mechanism.freedoms() {
+        0 => 0.0,
+        1 => {
+            let (q, noise) = cut::<1>(&positions, &fitted.position_noise);
+            random_effect::cost(&q, &noise)
+        }
+        2 => {
+            let (q, noise) = cut::<2>(&positions, &fitted.position_noise);
+            random_effect::cost(&q, &noise)
+        }
+        _ => random_effect::cost(&positions, &fitted.position_noise),
+    }
+}
+
+/// Range of the turn that the joint explains, radians, at most a full one.
+fn sweep(mechanism: &dyn Mechanism, fitted: &Fitted) -> f64 {
+    if mechanism.mobility().turns == 0 {
+        return 0.0;
+    }
+    let range = if mechanism.mobility().turns == 1 {
+        misfit::range(fitted.positions.iter().map(|q| q.x))
+    } else {
+        let turns: Vec<Vector3<f64>> = fitted
+            .positions
+            .iter()
+            .map(|q| twist::rotation_log(&mechanism.pose(q, &fitted.placement.constants).rotation))
+            .collect();
+        misfit::vector_range(&turns)
+    };
+    range.min(std::f64::consts::TAU)
+}
+
+struct Found {
+    squared: f64,
+    per_noise: f64,
+    misfit: (f64, f64),
+}
+
+/// The misfit beyond noise in units of play, judged at both bodies.
+fn departure(
+    fitted: &Fitted,
+    mechanism: &dyn Mechanism,
+    series: &PoseSeries,
+    sweep: f64,
+    wrong_turn: Option<f64>,
+) -> Found {
+    let mobility = mechanism.mobility();
+    let (held_turns, held_slides) = (3.0 - f64::from(mobility.turns), 3.0 - f64::from(mobility.slides));
+    let play = series.play();
+    let turn_noise = series.turn_noise();
+    let turns: Vec<f64> = fitted.residuals.iter().map(|e| e.fixed_rows::<3>(0).norm()).collect();
+    let turn_square = if held_turns > 0.0 {
+        (misfit::mean_square(&turns, turn_noise) - ALLOWANCE * held_turns * turn_noise.powi(2)).max(0.0)
+    } else {
+        0.0
+    };
+    let frames = series.poses().len() as f64;
+    let least = play.least_turn.to_radians();
+    let mut found = Found { squared: 0.0, per_noise: 0.0, misfit: (0.0, turn_square.sqrt()) };
+    let share = 1.0 / series.ends().len() as f64;
+    for (number, end) in series.ends().iter().enumerate() {
+        let shifts = shifts_at(end, number, series, fitted);
+        let noise = end.shift_noise;
+        let square = (misfit::mean_square(&shifts, noise) - ALLOWANCE * held_slides * noise.powi(2)).max(0.0);
+        let load = (end.shift_play / end.radius.max(1e-9)).min(play.load_turn.to_radians()).max(least);
+        let own = if sweep > EXPLAINED_TURN { least.max(play.turn * sweep) } else { load };
+        let drift = play.drift * (series.correlation_time() - 1.0) / (series.correlation_time() + 1.0);
+        let turn_play = wrong_turn.unwrap_or(own.hypot(drift * turn_noise));
+        found.squared += share * (square / end.shift_play.powi(2) + turn_square / turn_play.powi(2));
+        let ratio = (end.shift_play / noise).powi(2).max((turn_play / turn_noise).powi(2));
+        found.per_noise += share * frames * ratio;
+        if number == 0 {
+            found.misfit.0 = square.sqrt();
+        }
+    }
+    found.per_noise /= series.correlation_time();
+    found
+}
+
+/// How far a body's centre is from where the fit puts it, per frame, metres.
+fn shifts_at(end: &End, number: usize, series: &PoseSeries, fitted: &Fitted) -> Vec<f64> {
+    let shift = |(residual, pose): (&Twist, &Pose)| {
+        let lever = if number == 0 { Vector3::zeros() } else { (pose.inverse() * Point3::from(end.centre)).coords };
+        (twist::linear(residual) + twist::angular(residual).cross(&lever)).norm()
+    };
+    fitted.residuals.iter().zip(series.poses()).map(shift).collect()
+}
+
+/// Root mean square distance of the moving body's features from the joint, metres.
+fn residual_rms(series: &PoseSeries, fitted: &Fitted) -> f64 {
+    let radius = series.ends()[0].radius;
+    let square = |residual: &Twist| {
+        twist::linear(residual).norm_squared() + twist::angular(residual).norm_squared() * radius.powi(2) * 2.0 / 3.0
+    };
+    (fitted.residuals.iter().map(square).sum::<f64>() / fitted.residuals.len() as f64).sqrt()
+}
+
+fn uncertainty(mechanism: &dyn Mechanism, judged: &Judged, series: &PoseSeries) -> Option<AxisUncertainty> {
+    let covariance = judged.fitted().joint_covariance;
+    // Play is slow: more frames do not average it.
+    let slow = if judged.is_noise() { 1.0 } else { (series.poses().len() as f64 / SLOW_FRAMES).max(1.0) };
+    let factor = series.correlation_time().max(slow);
+    let root = |indices: &[usize]| (factor * indices.iter().map(|&k| covariance[(k, k)]).sum::<f64>()).sqrt().min(1e9);
+    let (angle, distance) = match mechanism.geometry(&judged.fitted().placement.constants) {
+        Geometry::Nothing => return None,
+        Geometry::Direction | Geometry::Plane => (Some(root(&[0, 1])), None),
+        Geometry::Axis { .. } => (Some(root(&[0, 1])), Some(root(&[3, 4]))),
+        Geometry::Centre => (None, Some(root(&[3, 4, 5]))),
+    };
+    Some(AxisUncertainty { angle: angle.map(|angle| angle.min(std::f64::consts::FRAC_PI_2)), distance })
+}
+
+/// The joint as asked for: axis in the coordinates of the reference and in those of the moving body, and positions.
+fn joint_of(
+    mechanism: &dyn Mechanism,
+    series: &PoseSeries,
+    fitted: &Fitted,
+    frames: usize,
+) -> (Joint, Option<Axis>) {
+    let Placement { joint, home, constants } = fitted.placement;
+    let mut rows = positions(mechanism, series, fitted, frames);
+    let backwards = mechanism.freedoms() == 1 && rows.as_mut().is_some_and(turn_to_positive);
+    let sign = if backwards { -1.0 } else { 1.0 };
+    let positions = rows.map(|rows| Positions::of_freedoms(mechanism.freedoms(), rows.data.into()));
+    let geometry = mechanism.geometry(&constants);
+    let first = series.poses()[0];
+    let axis = |pose: Pose, body: Vector3<f64>, origin: Vector3<f64>, sign: f64| -> Option<Axis> {
+        let z = pose.rotation * Vector3::z();
+        let foot = pose.translation.vector + z * z.dot(&(body - pose.translation.vector));
+        let (point, directed, pitch) = match geometry {
+            Geometry::Nothing => return None,
+            Geometry::Direction | Geometry::Plane => (body, true, None),
+            Geometry::Axis { pitch } => (foot, true, pitch),
+            Geometry::Centre => (pose.translation.vector, false, None),
+        };
+        let direction = directed.then(|| Unit::new_normalize(z * sign));
+        Some(Axis { point: Point3::from(point + origin), direction, pitch })
+    };
+    // The moving body's centre at the first frame, seen from either body.
+    let in_reference = axis(joint, first.translation.vector, series.origin(), sign);
+    let in_moving = axis(home.inverse() * joint, Vector3::zeros(), series.moving_origin(), sign);
+    let opposite = |axis: Axis| Axis { direction: axis.direction.map(|direction| -direction), ..axis };
+    let (axis, other) = if series.reversed() {
+        (in_moving.map(opposite), in_reference.map(opposite))
+    } else {
+        (in_reference, in_moving)
+    };
+    (Joint { axis, positions }, other)
+}
+
+/// Positions of every frame of the recording, counted from the first; NaN where the pair is not seen.
+fn positions(
+    mechanism: &dyn Mechanism,
+    series: &PoseSeries,
+    fitted: &Fitted,
+    frames: usize,
+) -> Option<DVector<f64>> {
+    let freedoms = mechanism.freedoms();
+    if freedoms == 0 {
+        return None;
+    }
+    let Placement { joint, home, constants } = fitted.placement;
+    let mut rows = DVector::from_element(frames * freedoms, f64::NAN);
+    let whole = series.frames().len() == series.every_pose().len();
+    let (back, away) = (joint.inverse(), home.inverse() * joint);
+    let mut previous = fitted.positions[0];
+    let mut first: Option<Pose> = None;
+    let centre = joint.inverse() * home * Point3::origin();
+    let start = |first: &Pose| first * centre;
+    let mut origin = Vector3::zeros();
+    for (index, (frame, pose)) in series.every_pose().iter().enumerate() {
+        let q = if whole {
+            fitted.positions[index]
+        } else {
+            mechanism.project(&(back * pose * away), &previous, &constants)
+        };
+        previous = q;
+        let h = mechanism.pose(&q, &constants);
+        let started = *first.get_or_insert_with(|| {
+            origin = q;
+            h
+        });
+        let shown = match mechanism.geometry(&constants) {
+            Geometry::Plane => {
+                let moved = h * centre - start(&started);
+                let turn = q.x - origin.x;
+                // Seen from the other body everything runs backwards, in turned axes.
+                if series.reversed() {
+                    let back = started * h.inverse();
+                    let moved = back * start(&started) - start(&started);
+                    Vector3::new(turn, moved.x, moved.y)
+                } else {
+                    Vector3::new(turn, moved.x, moved.y)
+                }
+            }
+            Geometry::Centre if mechanism.mobility().turns == 3 => {
+                let turned = twist::rotation_log(&(h * started.inverse()).rotation);
+                if series.reversed() { -turned } else { turned }
+            }
+            _ => q - origin,
+        };
+        for k in 0..freedoms {
+            rows[frame * freedoms + k] = shown[k];
+        }
+    }
+    Some(rows)
+}
+
+/// Turns a joint's direction such that its farthest position is positive; says whether it had to be turned.
+fn turn_to_positive(rows: &mut DVector<f64>) -> bool {
+    let seen = || rows.iter().filter(|q| !q.is_nan());
+    let (least, most) = seen().fold((0.0_f64, 0.0_f64), |(least, most), q| (least.min(*q), most.max(*q)));
+    let backwards = -least > most;
+    if backwards {
+        // Adding 0 keeps the start at +0.
+        rows.iter_mut().for_each(|q| *q = -*q + 0.0);
+    }
+    backwards
+}
+
+impl JointFit {
+    /// Charges a hinge of little sweep for being far from its body.
+    pub(crate) fn near_its_bodies(mut self, sweep: f64) -> Self {
+        let turned = self.parts.get("sweep").copied().unwrap_or(0.0);
+        if let Some(evidence) = &mut self.evidence {
+            evidence.prior_cost += far_hinge_cost(turned, sweep);
+        }
+        self
+    }
+
+    /// A slide whose rail may be bent: the evidence of an arc that turns little, where that is better.
+    pub(crate) fn or_bent(mut self, arc: &Self, bend: f64) -> Self {
+        let turned = arc.parts.get("sweep").copied().unwrap_or(0.0);
+        self.parts.insert("bend", turned);
+        self.alternatives
+            .extend(arc.evidence.map(|evidence| Evidence { prior_cost: bend_cost(turned, bend), ..evidence }));
+        self
+    }
+}
+
+/// `-2 ln` of how likely a hinge is that turns by so many degrees.
+pub(crate) fn far_hinge_cost(turned: f64, sweep: f64) -> f64 {
+    -2.0 * (turned.max(1e-3) / sweep).min(1.0).ln()
+}
+
+/// The same for a slide whose rail turns by so many degrees.
+pub(crate) fn bend_cost(turned: f64, bend: f64) -> f64 {
+    (turned / bend).powi(2) + 2.0 * (1.25 * bend / 180.0).ln()
+}

@@ -1,0 +1,59 @@
+//! `planar`: slides and turns in a plane.
+
+use jointscope_motion::{Pose, PoseSeries, RelativeMotion, twist::Twist};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Geometry, Mechanism, Mobility, Placement, judge, starts, turn_about_z};
+use crate::{FitError, JointFit, JointModel, joint_model, point_path};
+
+/// Planar joint: translation in a plane and rotation about its normal.
+///
+/// Bodies that show one point: the point stays in a plane.
+///
+/// References: docs/method.md, "Mechanisms".
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Planar {}
+
+joint_model!(Planar, "planar", "translation in a plane and rotation about its normal");
+
+impl Mechanism for Planar {
+    fn mobility(&self) -> Mobility {
+        Mobility { turns: 1, slides: 2, parameters: 14 }
+    }
+
+    fn geometry(&self, _: &Vector2<f64>) -> Geometry {
+        Geometry::Plane
+    }
+
+    fn pose(&self, q: &Vector3<f64>, _: &Vector2<f64>) -> Pose {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), q.x);
+        Pose::from_parts(Vector3::new(q.y, q.z, 0.0).into(), turn)
+    }
+
+    fn twists(&self, q: &Vector3<f64>, _: &Vector2<f64>) -> [Twist; 3] {
+        // The turn is about the place where the body is.
+        let turn = Twist::new(0.0, 0.0, 1.0, q.z, -q.y, 0.0);
+        [turn, Twist::new(0.0, 0.0, 0.0, 1.0, 0.0, 0.0), Twist::new(0.0, 0.0, 0.0, 0.0, 1.0, 0.0)]
+    }
+
+    fn project(&self, motion: &Pose, previous: &Vector3<f64>, _: &Vector2<f64>) -> Vector3<f64> {
+        Vector3::new(turn_about_z(motion, previous.x), motion.translation.x, motion.translation.y)
+    }
+
+    fn starts(&self, series: &PoseSeries) -> Vec<Placement> {
+        starts::across_the_plane(series)
+    }
+}
+
+impl JointModel for Planar {
+    fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
+        if motion.pose_series().is_some() { judge(self, motion) } else { point_path::plane(motion) }
+    }
+
+    fn states_evidence(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,103 @@
+//! The price of a joint's positions: they are not parameters, but draws from a distribution that is itself fitted.
+
+use nalgebra::{Const, DimMin, SMatrix, SVector};
+
+/// Rounds of expectation maximisation.
+const ROUNDS: usize = 8;
+/// Least variance of a position, in variances of its noise.
+const LEAST: f64 = 1e-10;
+
+/// Cost of positions `q_t`, measured with covariances `N_t`, in units of -2 log likelihood:
+/// `Σ ln det(S + N_t) - ln det N_t + (q_t - μ)ᵀ (S + N_t)⁻¹ (q_t - μ)`.
+///
+/// `μ` is their mean, `S` is found by expectation maximisation. A degree of freedom that is not there so costs its
+/// parameters, not one parameter per frame.
+pub(super) fn cost<const D: usize>(positions: &[SVector<f64, D>], noise: &[SMatrix<f64, D, D>]) -> f64
+where
+    Const<D>: DimMin<Const<D>, Output = Const<D>>,
+{
+    let count = positions.len() as f64;
+    if positions.is_empty() || D == 0 {
+        return 0.0;
+    }
+    let mean = positions.iter().sum::<SVector<f64, D>>() / count;
+    let mean_noise = noise.iter().sum::<SMatrix<f64, D, D>>() / count;
+    // In units of the mean noise, all coordinates are alike.
+    let Some(factor) = mean_noise.cholesky() else { return 0.0 };
+    let white = |x: &SVector<f64, D>| {
+        let mut x = *x;
+        factor.l().solve_lower_triangular_mut(&mut x);
+        x
+    };
+    let departures: Vec<SVector<f64, D>> = positions.iter().map(|q| white(&(q - mean))).collect();
+    let inverse_root = factor.l().try_inverse().unwrap_or_else(SMatrix::identity);
+    let noise: Vec<SMatrix<f64, D, D>> =
+        noise.iter().map(|noise| inverse_root * noise * inverse_root.transpose()).collect();
+    let scatter = departures.iter().map(|d| d * d.transpose()).sum::<SMatrix<f64, D, D>>() / count;
+    let mut spread = SMatrix::<f64, D, D>::from_fn(|row, column| if row == column { scatter[(row, row)].max(LEAST) } else { 0.0 });
+    if let Some(start) = positive(&(scatter - SMatrix::identity())) {
+        spread = start;
+    }
+    for _ in 0..ROUNDS {
+        let mut next = SMatrix::<f64, D, D>::zeros();
+        for (departure, noise) in departures.iter().zip(&noise) {
+            let Some(total) = (spread + noise).cholesky() else { continue };
+            let gain = total.solve(&spread).transpose();
+            let expected = gain * departure;
+            next += expected * expected.transpose() + spread - gain * spread;
+        }
+        next = (next + next.transpose()) / (2.0 * count);
+        let change = (next - spread).norm();
+        let size = spread.norm();
+        spread = next;
+        if change < 1e-6 * size {
+            break;
+        }
+    }
+    let mut sum = 0.0;
+    for (departure, noise) in departures.iter().zip(&noise) {
+        let (Some(total), Some(alone)) = ((spread + noise).cholesky(), noise.cholesky()) else { continue };
+        sum += ln_determinant(&total.l()) - ln_determinant(&alone.l()) + departure.dot(&total.solve(departure));
+    }
+    sum
+}
+
+fn ln_determinant<const D: usize>(triangle: &SMatrix<f64, D, D>) -> f64 {
+    2.0 * triangle.diagonal().iter().map(|x| x.ln()).sum::<f64>()
+}
+
+/// The nearest matrix without variances below the least.
+fn positive<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
+    // The symmetric eigenvalues of a matrix of generic size need a dynamic one.
+    let eigen = nalgebra::DMatrix::from_iterator(D, D, matrix.iter().copied()).symmetric_eigen();
+    let diagonal = nalgebra::DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(LEAST)));
+    let result = &eigen.eigenvectors * diagonal * eigen.eigenvectors.transpose();
+    result.iter().all(|x| x.is_finite()).then(|| SMatrix::from_iterator(result.iter().copied()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix1, Matrix2, Vector1, Vector2};
+
+    #[test]
+    fn positions_that_are_only_noise_cost_little_and_moving_ones_a_logarithm_per_frame() {
+        // Alternating +1, -1 in units of the noise: spread 0, every frame costs its square.
+        let still: Vec<_> = (0..200).map(|t| Vector1::new(if t % 2 == 0 { 1.0 } else { -1.0 })).collect();
+        let noise = vec![Matrix1::new(1.0); 200];
+        assert!((cost(&still, &noise) - 200.0).abs() < 0.1, "{}", cost(&still, &noise));
+        // Ten times as much: S = 99, so ln 100 + 1 per frame.
+        let moving: Vec<_> = still.iter().map(|q| q * 10.0).collect();
+        assert!((cost(&moving, &noise) / 200.0 - (100_f64.ln() + 1.0)).abs() < 1e-3);
+    }
+
+    #[test]
+    fn the_cost_does_not_depend_on_units() {
+        let q: Vec<_> = (0..50).map(|t| Vector2::new(f64::from(t).sin() * 2.0, f64::from(t) * 0.01)).collect();
+        let noise = vec![Matrix2::new(0.01, 0.002, 0.002, 0.03); 50];
+        let scale = Matrix2::new(1000.0, 0.0, 0.0, 0.1);
+        let scaled: Vec<_> = q.iter().map(|q| scale * q).collect();
+        let scaled_noise: Vec<_> = noise.iter().map(|n| scale * n * scale).collect();
+        assert!((cost(&q, &noise) - cost(&scaled, &scaled_noise)).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,78 @@
+//! `screw`: a turn about an axis, and a slide along it in proportion.
+
+use jointscope_motion::{Pose, PoseSeries, RelativeMotion, twist::Twist};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Geometry, Mechanism, Mobility, Placement, judge, starts, turn_about_z};
+use crate::{FitError, JointFit, JointModel, joint_model, point_path};
+
+/// Screw joint: rotation about a fixed axis with a proportional translation along it.
+///
+/// Sweeps below `sweep` cost what they cost a revolute joint. Bodies that show one point: the point runs on a helix.
+///
+/// References: docs/method.md, "Mechanisms".
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Screw {
+    /// Sweep from which a screw is as likely as any, degrees.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub sweep: f64,
+}
+
+impl Default for Screw {
+    fn default() -> Self {
+        Self { sweep: 30.0 }
+    }
+}
+
+joint_model!(Screw, "screw", "rotation about a fixed axis with proportional translation along it");
+
+impl Mechanism for Screw {
+    fn mobility(&self) -> Mobility {
+        Mobility { turns: 1, slides: 0, parameters: 12 }
+    }
+
+    fn constants(&self) -> usize {
+        1
+    }
+
+    fn geometry(&self, constants: &Vector2<f64>) -> Geometry {
+        Geometry::Axis { pitch: Some(constants.x) }
+    }
+
+    fn pose(&self, q: &Vector3<f64>, constants: &Vector2<f64>) -> Pose {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), q.x);
+        Pose::from_parts(Vector3::new(0.0, 0.0, constants.x * q.x).into(), turn)
+    }
+
+    fn twists(&self, _: &Vector3<f64>, constants: &Vector2<f64>) -> [Twist; 3] {
+        [Twist::new(0.0, 0.0, 1.0, 0.0, 0.0, constants.x), Twist::zeros(), Twist::zeros()]
+    }
+
+    fn constant_twists(&self, q: &Vector3<f64>, _: &Vector2<f64>) -> [Twist; 2] {
+        [Twist::new(0.0, 0.0, 0.0, 0.0, 0.0, q.x), Twist::zeros()]
+    }
+
+    fn project(&self, motion: &Pose, previous: &Vector3<f64>, _: &Vector2<f64>) -> Vector3<f64> {
+        Vector3::new(turn_about_z(motion, previous.x), 0.0, 0.0)
+    }
+
+    fn starts(&self, series: &PoseSeries) -> Vec<Placement> {
+        starts::with_pitch(series, starts::about_axes_or_travel(series))
+    }
+}
+
+impl JointModel for Screw {
+    fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
+        if motion.pose_series().is_none() {
+            return point_path::helix(motion, self.sweep);
+        }
+        Ok(judge(self, motion)?.near_its_bodies(self.sweep))
+    }
+
+    fn states_evidence(&self) -> bool {
+        true
+    }
+}

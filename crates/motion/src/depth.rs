@@ -1,0 +1,182 @@
+//! Noise that is larger along the viewing ray than across it, as depth cameras and single cameras have it.
+
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
+
+use crate::poses::rebase;
+use crate::robust::Registered;
+use crate::{Pose, Tracks, noise::Spread};
+
+/// Ratio of the variances along and across the ray within which noise counts as equal in all directions.
+const EQUAL: std::ops::Range<f64> = 0.6..1.6;
+/// Rounds of estimating noise, poses and shape in turn.
+const ROUNDS: usize = 7;
+/// Rounds after which samples are judged anew: the equal noise before has cut the tail along the ray.
+const JUDGED_ANEW: [usize; 2] = [1, 3];
+/// Squared distance in standard deviations beyond which a sample is wild: 4.5².
+const WILD: f64 = 20.0;
+
+/// Estimates noise along and across the ray from a camera at the origin; where they differ, poses and shape are
+/// refined with it.
+///
+/// *Definition.* Point information `(I - r rᵀ)/σ_across² + r rᵀ/σ_along²`; variances from residuals, each divided by
+/// what the fit of poses (leverage) and shape leaves of it; Gauss-Newton in between.
+pub(crate) fn refine(tracks: &Tracks, body: &mut Registered, sigma: f64) -> Spread {
+    let equal = Spread { across: sigma, along: sigma };
+    let features = body.shape.len();
+    let (posed, known) = (body.poses.iter().flatten().count(), body.shape.iter().flatten().count());
+    if posed < 5 || known < 4 || sigma <= 0.0 {
+        return equal;
+    }
+    let (mut poses, mut shape, mut used) = (body.poses.clone(), body.shape.clone(), body.used.clone());
+    let mut spread = equal;
+    for round in 0..ROUNDS {
+        if round > 0 {
+            step_poses(tracks, &mut poses, &shape, &used, &spread);
+            step_shape(tracks, &poses, &mut shape, &used, &spread);
+        }
+        let estimated = spread_of(tracks, &poses, &shape, &used, &spread);
+        let floor = 1e-6 * sigma;
+        spread = Spread { across: estimated.across.max(floor), along: estimated.along.max(floor) };
+        if round == 0 && EQUAL.contains(&(spread.along / spread.across).powi(2)) {
+            return equal;
+        }
+        if JUDGED_ANEW.contains(&round) {
+            for (frame, pose) in poses.iter_mut().enumerate() {
+                let Some(found) = pose else { continue };
+                let mut count = 0;
+                for (feature, position) in tracks.seen(frame) {
+                    let Some(place) = shape[feature] else { continue };
+                    let (along, across) = parts(position, &(*found * place));
+                    let distance = along / spread.along.powi(2) + across / spread.across.powi(2);
+                    let stays = distance < WILD && !body.strays.contains(&feature);
+                    used[frame * features + feature] = stays;
+                    count += usize::from(stays);
+                }
+                if count < 3 {
+                    *pose = None;
+                }
+            }
+        }
+    }
+    rebase(&mut poses, &mut shape);
+    (body.poses, body.shape, body.used) = (poses, shape, used);
+    spread
+}
+
+/// Squared residual along and across the ray, m².
+fn parts(position: &Point3<f64>, expected: &Point3<f64>) -> (f64, f64) {
+    let residual = position - expected;
+    let along = residual.dot(&ray(position)).powi(2);
+    (along, residual.norm_squared() - along)
+}
+
+fn ray(position: &Point3<f64>) -> Vector3<f64> {
+    position.coords.try_normalize(0.0).unwrap_or_else(Vector3::z)
+}
+
+/// Derivative of a point by the twist `[ω; v]` of its body about `centre`.
+fn derivative(point: &Point3<f64>, centre: &Point3<f64>) -> Matrix3x6<f64> {
+    let mut derivative = Matrix3x6::zeros();
+    derivative.fixed_view_mut::<3, 3>(0, 0).copy_from(&-(point - centre).cross_matrix());
+    derivative.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
+    derivative
+}
+
+/// The samples of a frame that take part: feature, seen position, expected position.
+fn taking_part<'a>(
+    tracks: &'a Tracks,
+    frame: usize,
+    pose: &'a Pose,
+    shape: &'a [Option<Point3<f64>>],
+    used: &'a [bool],
+) -> impl Iterator<Item = (usize, &'a Point3<f64>, Point3<f64>)> {
+    let row = &used[frame * shape.len()..];
+    tracks.seen(frame).filter_map(move |(f, position)| Some((f, position, pose * shape[f].filter(|_| row[f])?)))
+}
+
+fn step_poses(
+    tracks: &Tracks,
+    poses: &mut [Option<Pose>],
+    shape: &[Option<Point3<f64>>],
+    used: &[bool],
+    spread: &Spread,
+) {
+    for (frame, pose) in poses.iter_mut().enumerate() {
+        let Some(found) = pose else { continue };
+        let centre = *found * Point3::origin();
+        let (mut information, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
+        for (_, position, expected) in taking_part(tracks, frame, found, shape, used) {
+            let derivative = derivative(&expected, &centre);
+            let weighted = derivative.transpose() * spread.information(&ray(position));
+            information += weighted * derivative;
+            gradient += weighted * (position - expected);
+        }
+        let Some(step) = information.cholesky().map(|factor| factor.solve(&gradient)) else { continue };
+        let turn = nalgebra::UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned());
+        let shift = centre.coords + step.fixed_rows::<3>(3) - turn * centre.coords;
+        *found = Pose::from_parts(shift.into(), turn) * *found;
+    }
+}
+
+fn step_shape(
+    tracks: &Tracks,
+    poses: &[Option<Pose>],
+    shape: &mut [Option<Point3<f64>>],
+    used: &[bool],
+    spread: &Spread,
+) {
+    let mut sums = vec![(Matrix3::zeros(), Vector3::zeros()); shape.len()];
+    for (frame, pose) in poses.iter().enumerate() {
+        let Some(pose) = pose else { continue };
+        let turn = pose.rotation.to_rotation_matrix();
+        for (feature, position, expected) in taking_part(tracks, frame, pose, shape, used) {
+            let back = turn.matrix().transpose() * spread.information(&ray(position));
+            sums[feature].0 += back * turn.matrix();
+            sums[feature].1 += back * (position - expected);
+        }
+    }
+    for (place, (information, gradient)) in shape.iter_mut().zip(sums) {
+        if let (Some(place), Some(factor)) = (place, information.cholesky()) {
+            *place += factor.solve(&gradient);
+        }
+    }
+}
+
+fn spread_of(
+    tracks: &Tracks,
+    poses: &[Option<Pose>],
+    shape: &[Option<Point3<f64>>],
+    used: &[bool],
+    spread: &Spread,
+) -> Spread {
+    let mut counts = vec![0.0; shape.len()];
+    for (frame, pose) in poses.iter().enumerate() {
+        let Some(pose) = pose else { continue };
+        taking_part(tracks, frame, pose, shape, used).for_each(|(feature, ..)| counts[feature] += 1.0);
+    }
+    let (mut along, mut across) = ((0.0, 0.0), (0.0, 0.0));
+    for (frame, pose) in poses.iter().enumerate() {
+        let Some(pose) = pose else { continue };
+        let centre = pose * Point3::origin();
+        let mut information = Matrix6::zeros();
+        for (_, position, expected) in taking_part(tracks, frame, pose, shape, used) {
+            let derivative = derivative(&expected, &centre);
+            information += derivative.transpose() * spread.information(&ray(position)) * derivative;
+        }
+        let Some(covariance) = information.cholesky().map(|factor| factor.inverse()) else { continue };
+        for (feature, position, expected) in taking_part(tracks, frame, pose, shape, used) {
+            let derivative = derivative(&expected, &centre);
+            let of_point = derivative * covariance * derivative.transpose();
+            let ray = ray(position);
+            let of_ray = ray.dot(&(of_point * ray));
+            let share = 1.0 / counts[feature];
+            let (square_along, square_across) = parts(position, &expected);
+            along.0 += square_along;
+            along.1 += 1.0 - of_ray / spread.along.powi(2) - share;
+            across.0 += square_across;
+            across.1 += 2.0 - (of_point.trace() - of_ray) / spread.across.powi(2) - 2.0 * share;
+        }
+    }
+    let sigma = |(sum, freedom): (f64, f64)| (sum / freedom.max(1.0)).sqrt();
+    Spread { across: sigma(across), along: sigma(along) }
+}

@@ -1,0 +1,456 @@
+//! The poses of one body as seen from another, with their uncertainty: all that likelihoods need of a pair.
+
+use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3};
+
+use crate::{BodyMotion, Play, Pose, twist};
+
+/// Most frames of a series; of longer recordings so many are taken, evenly.
+const MOST_FRAMES: usize = 400;
+/// Features whose travel is measured.
+const TRAVELLERS: usize = 4;
+/// Least uncertainty of a rotation, radians, and of a position as a share of the bodies' size: what rounding and
+/// calibration leave of a recording without noise.
+const LEAST_TURN: f64 = 1.7e-4;
+const LEAST_SHIFT: f64 = 7e-5;
+/// Largest uncertainty of a rotation that is used as a measure, radians.
+const MOST_TURN: f64 = 1.0;
+/// Correlation of successive errors above which they drift, and the most that is believed.
+const DRIFTS: f64 = 0.2;
+const MOST_DRIFT: f64 = 0.96;
+
+/// Relative poses of two bodies and their uncertainty.
+///
+/// # Convention
+/// The pair is taken in an order of its own, so that it does not matter which body is called the reference: the one
+/// that rests by definition, or else the better known one, is the reference *here*, and [`PoseSeries::reversed`] says
+/// whether that exchanges the bodies. Poses are taken about the moving body's centre: coordinates of the reference are
+/// moved by [`PoseSeries::origin`], those of the moving body by [`PoseSeries::moving_origin`].
+#[derive(Debug, Clone)]
+pub struct PoseSeries {
+    frames: Vec<usize>,
+    poses: Vec<Pose>,
+    noise: Vec<Matrix6<f64>>,
+    reversed: bool,
+    origin: Vector3<f64>,
+    moving_origin: Vector3<f64>,
+    correlation_time: f64,
+    tracked: bool,
+    vague: bool,
+    merged_cost: f64,
+    turn: f64,
+    ends: Vec<End>,
+    play: Play,
+    observed: usize,
+    seen: usize,
+    every_pose: Vec<(usize, Pose)>,
+}
+
+/// What matters at one of the two bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End {
+    /// Where the body's centre is: in the moving body's coordinates (zero), or in the reference's.
+    pub centre: Vector3<f64>,
+    /// How far the body's features travel as seen from the other body, metres.
+    pub travel: f64,
+    /// Root mean square distance of its features from its centre, metres.
+    pub radius: f64,
+    /// Noise of its position relative to the other body, metres per coordinate.
+    pub shift_noise: f64,
+    /// Play of its position, metres.
+    pub shift_play: f64,
+}
+
+impl PoseSeries {
+    /// The series of a pair; `None` if one of the bodies has no poses, or no frame shows both.
+    pub(crate) fn between(asked_reference: &BodyMotion<'_>, asked_moving: &BodyMotion<'_>) -> Option<Self> {
+        let play = asked_moving.play();
+        let reversed = comes_first(asked_moving, asked_reference);
+        let (reference, moving) =
+            if reversed { (asked_moving, asked_reference) } else { (asked_reference, asked_moving) };
+        let both = reference.likely_poses().iter().zip(moving.likely_poses()).enumerate();
+        let common: Vec<(usize, Pose, Pose)> =
+            both.filter_map(|(frame, (r, m))| Some((frame, (*r)?, (*m)?))).collect();
+        let (_, first_reference, first_moving) = common.first()?;
+        let moving_origin = moving.centre().coords;
+        let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
+        let size = if reference.is_at_rest() { moving.size() } else { reference.size().max(moving.size()) };
+        let (of_reference, of_moving) = (reference.pose_covariances(), moving.pose_covariances());
+        let reference_centre = reference.centre();
+        let shift = |by: &Vector3<f64>| Pose::from(Translation3::from(*by));
+        let (before, after) = (shift(&-origin), shift(&moving_origin));
+        let taken = evenly(common.len(), MOST_FRAMES);
+        let (mut frames, mut poses, mut noise) = (Vec::new(), Vec::new(), Vec::new());
+        for index in taken {
+            let (frame, reference_pose, moving_pose) = &common[index];
+            frames.push(*frame);
+            poses.push(before * reference_pose.inverse() * moving_pose * after);
+            let turn = moving_pose.rotation.inverse().to_rotation_matrix();
+            let lever = moving_pose.inverse() * (reference_pose * reference_centre) - Point3::from(moving_origin);
+            let mut covariance = rotated(&of_moving[*frame], turn.matrix())
+                + carried(&rotated(&of_reference[*frame], turn.matrix()), &lever);
+            for k in 0..3 {
+                covariance[(k, k)] += LEAST_TURN.powi(2);
+                covariance[(k + 3, k + 3)] += (LEAST_SHIFT * size).powi(2).max(f64::MIN_POSITIVE.sqrt());
+            }
+            // What nothing tells of the turn about a line through a body.
+            for (body, pose, centre, poses_it) in
+                [(moving, moving_pose, moving.centre(), true), (reference, reference_pose, reference_centre, false)]
+            {
+                let Some(direction) = body.line() else { continue };
+                let along = turn * (pose.rotation * direction);
+                let lever = if poses_it {
+                    Vector3::zeros()
+                } else {
+                    moving_pose.inverse() * (pose * centre) - Point3::from(moving_origin)
+                };
+                let mut twist = nalgebra::Vector6::zeros();
+                twist.fixed_rows_mut::<3>(0).copy_from(&along);
+                twist.fixed_rows_mut::<3>(3).copy_from(&lever.cross(&along));
+                covariance += twist * twist.transpose() * UNSEEN_TURN * UNSEEN_TURN;
+            }
+            noise.push(covariance);
+        }
+        let drift = believed_drift(reference.drift().max(moving.drift()), poses.len());
+        let mut series = Self {
+            frames,
+            poses,
+            noise,
+            reversed,
+            origin,
+            moving_origin,
+            correlation_time: (1.0 + drift) / (1.0 - drift),
+            tracked: reference.is_tracked() && !reference.is_at_rest() || moving.is_tracked(),
+            vague: [reference, moving].iter().any(|body| body.line().is_some()),
+            merged_cost: 0.0,
+            turn: 0.0,
+            ends: Vec::new(),
+            play: *play,
+            observed: common.len(),
+            seen: 0,
+            every_pose: common.iter().map(|(frame, r, m)| (*frame, before * r.inverse() * m * after)).collect(),
+        };
+        series.seen = series.poses.len();
+        series.turn = series.turn_range();
+        let moving_end = series.end(Vector3::zeros(), &moving.features_about_centre(), size, drift, play, false);
+        series.ends.push(moving_end);
+        if !reference.is_at_rest() {
+            let centre = reference_centre.coords - origin;
+            let end = series.end(centre, &reference.features_about_centre(), size, drift, play, true);
+            series.ends.push(end);
+        }
+        Some(series)
+    }
+
+    fn end(
+        &self,
+        centre: Vector3<f64>,
+        features: &[Vector3<f64>],
+        size: f64,
+        drift: f64,
+        play: &Play,
+        of_reference: bool,
+    ) -> End {
+        let travel = far_apart(features)
+            .into_iter()
+            .map(|feature| {
+                let place = Point3::from(centre + feature);
+                let seen = |pose: &Pose| if of_reference { pose.inverse() * place } else { pose * place };
+                range(&self.poses.iter().map(|pose| seen(pose).coords).collect::<Vec<_>>())
+            })
+            .fold(0.0, f64::max);
+        let square = features.iter().map(Vector3::norm_squared).sum::<f64>() / features.len().max(1) as f64;
+        let noises: Vec<f64> = self
+            .noise
+            .iter()
+            .zip(&self.poses)
+            .map(|(noise, pose)| {
+                if of_reference {
+                    let back = pose.inverse() * Point3::from(centre);
+                    carried(noise, &-back.coords).fixed_view::<3, 3>(3, 3).trace() / 3.0
+                } else {
+                    noise.fixed_view::<3, 3>(3, 3).trace() / 3.0
+                }
+            })
+            .collect();
+        let shift_noise = median(noises).sqrt();
+        let shift_play = (play.travel * travel + play.size * size + play.distance).hypot(play.drift * drift * shift_noise);
+        End { centre, travel, radius: square.sqrt(), shift_noise, shift_play }
+    }
+
+    /// Frames of the recording, increasing.
+    pub fn frames(&self) -> &[usize] {
+        &self.frames
+    }
+
+    /// `reference_from_moving`, about the origins.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Covariance of every pose, rad and m squared, as a twist `[ω; v]` in the moving body's coordinates about its
+    /// centre: the true pose is `pose · exp(twist)`.
+    pub fn noise(&self) -> &[Matrix6<f64>] {
+        &self.noise
+    }
+
+    /// Whether reference and moving body are exchanged here.
+    pub fn reversed(&self) -> bool {
+        self.reversed
+    }
+
+    /// Where coordinates start, in the reference's coordinates, metres.
+    pub fn origin(&self) -> Vector3<f64> {
+        self.origin
+    }
+
+    /// Where coordinates start, in the moving body's coordinates, metres.
+    pub fn moving_origin(&self) -> Vector3<f64> {
+        self.moving_origin
+    }
+
+    /// Frames that count as one independent observation, because errors drift; 1 for white noise.
+    pub fn correlation_time(&self) -> f64 {
+        self.correlation_time
+    }
+
+    /// Whether a tracker gave the poses, whose rotations may be slowly wrong.
+    pub fn tracked(&self) -> bool {
+        self.tracked
+    }
+
+    /// Whether a turn of one of the bodies is not seen at all.
+    pub fn vague(&self) -> bool {
+        self.vague
+    }
+
+    /// What is already paid for the frames that were merged, in units of -2 log likelihood.
+    pub fn merged_cost(&self) -> f64 {
+        self.merged_cost
+    }
+
+    /// Range of the rotation, radians, at most a full turn.
+    pub fn turn(&self) -> f64 {
+        self.turn
+    }
+
+    /// What matters at the moving body and, unless it is the world, at the reference.
+    pub fn ends(&self) -> &[End] {
+        &self.ends
+    }
+
+    /// Extent of the joint's neighbourhood: the radius of the moving body, metres.
+    pub fn radius(&self) -> f64 {
+        self.ends.iter().map(|end| end.radius).fold(0.0, f64::max)
+    }
+
+    /// Play of joints, as set.
+    pub fn play(&self) -> &Play {
+        &self.play
+    }
+
+    /// Frames that were seen, of which the series may hold fewer.
+    pub fn observed(&self) -> usize {
+        self.observed
+    }
+
+    /// Poses of the series before any were merged.
+    pub fn seen(&self) -> usize {
+        self.seen
+    }
+
+    /// `reference_from_moving` of every frame that shows both bodies, about the origins, with the frame: also those
+    /// that the series leaves out or merges.
+    pub fn every_pose(&self) -> &[(usize, Pose)] {
+        &self.every_pose
+    }
+
+    /// How far the poses are from their mean, in standard deviations of their noise: root mean square over the six
+    /// coordinates. About 1 for bodies that do not move.
+    pub fn signal(&self) -> f64 {
+        let Some(mean) = self.mean(0..self.poses.len()) else { return 0.0 };
+        (mean.cost / (6 * self.poses.len()) as f64).sqrt()
+    }
+
+    /// Whether what was taken for noise is nearly all of the motion: noise at rest, or single poses in no order.
+    pub fn is_unordered(&self) -> bool {
+        /// Share of the spread.
+        const NEARLY: f64 = 0.4;
+        let spread = |vectors: Vec<Vector3<f64>>| {
+            let count = vectors.len().max(1) as f64;
+            let mean = vectors.iter().sum::<Vector3<f64>>() / count;
+            let square = vectors.iter().map(|v| (v - mean).component_mul(&(v - mean))).sum::<Vector3<f64>>() / count;
+            square.max().sqrt()
+        };
+        let Some(middle) = self.poses.get(self.poses.len() / 2) else { return false };
+        let shifts = spread(self.poses.iter().map(|pose| pose.translation.vector).collect());
+        let turns =
+            spread(self.poses.iter().map(|pose| (pose.rotation * middle.rotation.inverse()).scaled_axis()).collect());
+        self.ends[0].shift_noise > NEARLY * shifts || self.turn_noise() > NEARLY * turns
+    }
+
+    /// Whether neither turn nor travel exceeds what noise alone makes.
+    pub fn is_below_noise(&self) -> bool {
+        let End { travel, shift_noise, .. } = self.ends[0];
+        self.turn < 3.0 * self.turn_noise() && travel < 3.0 * shift_noise
+    }
+
+    pub(crate) fn merged(&self, frames: usize) -> Option<Self> {
+        let count = self.poses.len();
+        if frames == 0 || count < 2 * frames {
+            return None;
+        }
+        let mut merged = Self { frames: vec![], poses: vec![], noise: vec![], ..self.clone() };
+        for k in 0..frames {
+            let run = k * count / frames..(k + 1) * count / frames;
+            let mean = self.mean(run.clone())?;
+            merged.frames.push(self.frames[run.start + run.len() / 2]);
+            merged.poses.push(mean.pose);
+            merged.noise.push(mean.covariance);
+            merged.merged_cost += mean.cost;
+        }
+        Some(merged)
+    }
+
+    pub(crate) fn with_noise(&self, factor: f64) -> Self {
+        let mut series = self.clone();
+        series.noise.iter_mut().for_each(|noise| *noise *= factor * factor);
+        series.ends.iter_mut().for_each(|end| end.shift_noise *= factor);
+        series
+    }
+
+    /// The mean of a run of poses by their information.
+    fn mean(&self, run: std::ops::Range<usize>) -> Option<Mean> {
+        let mut pose = *self.poses.get(run.start + run.len() / 2)?;
+        let information: Vec<Matrix6<f64>> =
+            self.noise[run.clone()].iter().map(|noise| Some(noise.cholesky()?.inverse())).collect::<Option<_>>()?;
+        let sum: Matrix6<f64> = information.iter().sum();
+        let covariance = sum.cholesky()?.inverse();
+        let departures = |pose: &Pose| {
+            let back = pose.inverse();
+            self.poses[run.clone()].iter().map(move |other| twist::log(&(back * other)))
+        };
+        for _ in 0..3 {
+            let pull = departures(&pose).zip(&information).map(|(d, w)| w * d).sum::<nalgebra::Vector6<f64>>();
+            pose *= twist::exp(&(covariance * pull));
+        }
+        let cost = departures(&pose).zip(&information).map(|(d, w)| d.dot(&(w * d))).sum();
+        Some(Mean { pose, covariance, cost })
+    }
+
+    /// Noise of the rotation, radians per coordinate.
+    pub fn turn_noise(&self) -> f64 {
+        let of_frames = self.noise.iter().map(|noise| noise.fixed_view::<3, 3>(0, 0).trace() / 3.0);
+        median(of_frames.collect()).sqrt().min(MOST_TURN)
+    }
+
+    fn turn_range(&self) -> f64 {
+        let Some(middle) = self.poses.get(self.poses.len() / 2) else { return 0.0 };
+        let turns: Vec<Vector3<f64>> =
+            self.poses.iter().map(|pose| (pose.rotation * middle.rotation.inverse()).scaled_axis()).collect();
+        range(&turns).min(std::f64::consts::TAU)
+    }
+}
+
+/// The mean of some poses.
+struct Mean {
+    pose: Pose,
+    covariance: Matrix6<f64>,
+    cost: f64,
+}
+
+/// Uncertainty of a turn that is not seen, radians.
+const UNSEEN_TURN: f64 = 3.0;
+
+/// Whether a body comes first in the order in which pairs are taken.
+fn comes_first(body: &BodyMotion<'_>, other: &BodyMotion<'_>) -> bool {
+    let rank = |body: &BodyMotion<'_>| {
+        let covariances = body.pose_covariances();
+        let posed = || body.likely_poses().iter().zip(covariances).filter(|(pose, _)| pose.is_some());
+        let turns = posed().map(|(_, covariance)| covariance.fixed_view::<3, 3>(0, 0).trace()).sum::<f64>();
+        (!body.is_at_rest(), turns / posed().count().max(1) as f64)
+    };
+    let (a, b) = (rank(body), rank(other));
+    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then_with(|| body.name().cmp(other.name())).is_lt()
+}
+
+/// The drift that is believed: a small one is chance, and of a large one the fitted shape hides a part.
+fn believed_drift(drift: f64, frames: usize) -> f64 {
+    if drift > DRIFTS { (drift + 1.5 * (1.0 + 3.0 * drift) / frames.max(1) as f64).min(MOST_DRIFT) } else { 0.0 }
+}
+
+/// A covariance in turned axes.
+fn rotated(covariance: &Matrix6<f64>, turn: &Matrix3<f64>) -> Matrix6<f64> {
+    let mut result = Matrix6::zeros();
+    for (row, column) in [(0, 0), (0, 3), (3, 0), (3, 3)] {
+        let block = turn * covariance.fixed_view::<3, 3>(row, column) * turn.transpose();
+        result.fixed_view_mut::<3, 3>(row, column).copy_from(&block);
+    }
+    result
+}
+
+/// A covariance of twists about a centre, as twists about the point from which the centre is at `lever`.
+fn carried(covariance: &Matrix6<f64>, lever: &Vector3<f64>) -> Matrix6<f64> {
+    let mut adjoint = Matrix6::identity();
+    adjoint.fixed_view_mut::<3, 3>(3, 0).copy_from(&lever.cross_matrix());
+    adjoint * covariance * adjoint.transpose()
+}
+
+/// So many of `0..count`, evenly, first and last included.
+pub(crate) fn evenly(count: usize, most: usize) -> Vec<usize> {
+    if count <= most {
+        return (0..count).collect();
+    }
+    (0..most).map(|k| k * (count - 1) / (most - 1)).collect()
+}
+
+/// A few points as far apart as can be, beginning with the one farthest from the origin.
+fn far_apart(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let mut chosen = vec![Vector3::zeros()];
+    for _ in 0..TRAVELLERS {
+        let apart = |p: &&Vector3<f64>| chosen.iter().map(|c| (*p - c).norm_squared()).fold(f64::INFINITY, f64::min);
+        match points.iter().max_by(|a, b| apart(a).total_cmp(&apart(b))) {
+            Some(farthest) => chosen.push(*farthest),
+            None => break,
+        }
+    }
+    chosen
+}
+
+/// Range from 2 to 98 % along the direction of the largest spread.
+pub(crate) fn range(points: &[Vector3<f64>]) -> f64 {
+    if points.len() < 2 {
+        return 0.0;
+    }
+    let mut column = Vec::with_capacity(points.len());
+    let centre = Vector3::from_fn(|axis, _| {
+        column.clear();
+        column.extend(points.iter().map(|p| p[axis]));
+        let middle = column.len() / 2;
+        *column.select_nth_unstable_by(middle, f64::total_cmp).1
+    });
+    column.clear();
+    column.extend(points.iter().map(|p| (p - centre).norm()));
+    let reach = 2.0 * quantile(&mut column, 0.95) + f64::MIN_POSITIVE;
+    let near = points.iter().map(|p| p - centre).filter(|p| p.norm() <= reach);
+    let scatter = near.map(|p| p * p.transpose()).sum::<Matrix3<f64>>();
+    let eigen = scatter.symmetric_eigen();
+    let widest = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
+    column.clear();
+    column.extend(points.iter().map(|p| widest.dot(&(p - centre))));
+    quantile(&mut column, 0.98) - quantile(&mut column, 0.02)
+}
+
+/// A quantile, interpolated between samples.
+pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
+    let at = share * (values.len() - 1) as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and the length")]
+    let below = at.floor() as usize;
+    let (_, low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
+    let low = *low;
+    let high = above.iter().copied().fold(f64::INFINITY, f64::min);
+    if high.is_finite() { low + (at - below as f64) * (high - low) } else { low }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    if values.is_empty() { 0.0 } else { quantile(&mut values, 0.5) }
+}

@@ -1,0 +1,322 @@
+//! Registration of a body to its own shape in the presence of wild samples and of features that belong elsewhere.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::poses::{Shape, rebase};
+use crate::registration::register_weighted;
+use crate::{Pose, RegistrationError, Tracks};
+
+/// Rounds of plain least squares before residuals mean anything.
+const PLAIN_ROUNDS: usize = 4;
+/// Most rounds of plain least squares while frames and features are still being found.
+const MOST_PLAIN_ROUNDS: usize = 60;
+/// Rounds in which the weights sharpen, and rounds in all; the last ones decide.
+const SOFT_ROUNDS: usize = 15;
+const ROUNDS: usize = 24;
+/// Factor by which the control parameter of graduated non-convexity falls in a round.
+const SHARPENING: f64 = 1.8;
+/// Scale of the Geman-McClure weights, in standard deviations of a coordinate.
+const SCALE: f64 = 3.0;
+/// Distance in standard deviations of a coordinate beyond which a sample is wild: one in ten thousand Gaussian ones is.
+/// A lower limit would cut off honest noise and bias its estimate.
+const WILD: f64 = 4.5;
+/// Median residual of a feature, in medians of the body, from which it belongs to something else.
+const ELSEWHERE: f64 = 2.5;
+/// Median of the length of a standard normal vector of three coordinates.
+const MEDIAN_LENGTH: f64 = 1.538;
+/// Median over root mean square of such lengths, and how far below it residuals without outliers may come.
+const MEDIAN_SHARE: f64 = 0.888;
+const MEDIAN_TOLERANCE: f64 = 0.05;
+/// Change of the shape, as a share of its size, at which the alternation rests.
+const CONVERGED: f64 = 1e-10;
+
+/// A body registered to its own shape.
+#[derive(Debug, Clone)]
+pub(crate) struct Registered {
+    /// `recording_from_body`; the first one is the identity.
+    pub(crate) poses: Vec<Option<Pose>>,
+    /// Positions of the features in the body's coordinates.
+    pub(crate) shape: Shape,
+    /// Whether a sample, frame-major, took part.
+    pub(crate) used: Vec<bool>,
+    /// Features that disagree with the rest of the body and were left out.
+    pub(crate) strays: Vec<usize>,
+    /// Number of samples of the other features that were left out.
+    pub(crate) wild: usize,
+}
+
+impl Registered {
+    /// Poses found otherwise, in which every sample took part. The shape is not known yet.
+    pub(crate) fn plain(tracks: &Tracks, poses: Vec<Option<Pose>>) -> Self {
+        let (frames, features) = (tracks.frames(), tracks.features());
+        let used = (0..frames).flat_map(|t| (0..features).map(move |f| tracks.is_visible(t, f))).collect();
+        Self { poses, shape: vec![None; features], used, strays: Vec::new(), wild: 0 }
+    }
+}
+
+/// Registers all frames to the body's shape by graduated non-convexity.
+///
+/// *Definition.* Minimises `Σ ρ(|x_tf - G_t s_f|)` over poses `G` and shape `s` in turn, with weights
+/// `w = (μ c² / (μ c² + r²))²` whose `μ` falls from where all samples count to 1, and a hard limit of 4.5 σ at last.
+/// Features whose typical residual is far above the body's are left out as a whole, never below four or half of them.
+///
+/// # Errors
+/// [`RegistrationError`] if no frame can be posed.
+///
+/// # References
+/// M. J. Black and A. Rangarajan, IJCV 19 (1996); H. Yang, P. Antonante, V. Tzoumas, L. Carlone, RA-L 5 (2020).
+pub(crate) fn register_robustly(tracks: &Tracks) -> Result<Registered, RegistrationError> {
+    let mut state = State::new(tracks);
+    state.plainly()?;
+    if !state.is_clean() {
+        state.graduated();
+    }
+    Ok(state.finish())
+}
+
+struct State<'t> {
+    tracks: &'t Tracks,
+    poses: Vec<Option<Pose>>,
+    shape: Shape,
+    /// One per sample, frame-major; 0 where missing.
+    weights: Vec<f64>,
+    residuals: Vec<f64>,
+    strays: Vec<bool>,
+    scratch: Vec<f64>,
+}
+
+impl<'t> State<'t> {
+    fn new(tracks: &'t Tracks) -> Self {
+        let (frames, features) = (tracks.frames(), tracks.features());
+        let mut weights = vec![0.0; frames * features];
+        for frame in 0..frames {
+            for (feature, _) in tracks.seen(frame) {
+                weights[frame * features + feature] = 1.0;
+            }
+        }
+        Self {
+            tracks,
+            poses: vec![None; frames],
+            shape: vec![None; features],
+            weights,
+            residuals: vec![0.0; frames * features],
+            strays: vec![false; features],
+            scratch: Vec::with_capacity(frames * features),
+        }
+    }
+
+    /// Least squares from the best seen frame; frames that share no features with it are reached through others.
+    fn plainly(&mut self) -> Result<(), RegistrationError> {
+        let tracks = self.tracks;
+        let mut order: Vec<usize> = (0..tracks.frames()).collect();
+        order.sort_by_key(|&frame| std::cmp::Reverse(tracks.seen_count(frame)));
+        let mut refusal = RegistrationError::TooFewPoints { found: 0 };
+        let started = order.into_iter().any(|frame| {
+            self.shape = (0..tracks.features()).map(|feature| tracks.get(frame, feature).copied()).collect();
+            match self.pose_of(frame) {
+                Ok(_) => true,
+                Err(found) => {
+                    if matches!(refusal, RegistrationError::TooFewPoints { found: 0 })
+                        || matches!(found, RegistrationError::Collinear { .. })
+                    {
+                        refusal = found;
+                    }
+                    false
+                }
+            }
+        });
+        if !started {
+            return Err(refusal);
+        }
+        let mut posed = 0;
+        for round in 0..MOST_PLAIN_ROUNDS {
+            let change = self.alternate();
+            let now = self.poses.iter().flatten().count();
+            if round >= PLAIN_ROUNDS && now == posed && change <= CONVERGED * 1e3 {
+                break;
+            }
+            posed = now;
+        }
+        Ok(())
+    }
+
+    fn pose_of(&self, frame: usize) -> Result<Pose, RegistrationError> {
+        let weights = &self.weights[frame * self.shape.len()..];
+        register_weighted(
+            self.tracks.seen(frame).filter_map(|(f, target)| Some((self.shape[f].as_ref()?, target, weights[f]))),
+        )
+    }
+
+    /// Poses from the shape, the shape from the poses; gives how far the shape moved as a share of its size.
+    fn alternate(&mut self) -> f64 {
+        for frame in 0..self.poses.len() {
+            self.poses[frame] = self.pose_of(frame).ok();
+        }
+        let features = self.shape.len();
+        let mut sums = vec![(0.0, Vector3::zeros()); features];
+        for (frame, pose) in self.poses.iter().enumerate() {
+            let Some(back) = pose.map(|pose| pose.inverse()) else { continue };
+            let (turn, shift) = (back.rotation.to_rotation_matrix(), back.translation.vector);
+            for (feature, position) in self.tracks.seen(frame) {
+                let weight = self.weights[frame * features + feature];
+                let (total, sum) = &mut sums[feature];
+                *total += weight;
+                *sum += (turn * position.coords + shift) * weight;
+            }
+        }
+        let (mut change, mut low, mut high) = (0.0_f64, Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
+        for ((total, sum), old) in sums.into_iter().zip(&mut self.shape) {
+            if total > 1e-3 {
+                let new = sum / total;
+                change = old.map_or(f64::INFINITY, |old| change.max((new - old.coords).norm()));
+                (low, high) = (low.inf(&new), high.sup(&new));
+                *old = Some(Point3::from(new));
+            }
+        }
+        change / (high - low).norm().max(f64::MIN_POSITIVE)
+    }
+
+    fn measure(&mut self) {
+        let features = self.shape.len();
+        for (frame, pose) in self.poses.iter().enumerate() {
+            let Some(pose) = pose else { continue };
+            let (turn, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
+            for (feature, position) in self.tracks.seen(frame) {
+                let Some(place) = self.shape[feature] else { continue };
+                self.residuals[frame * features + feature] =
+                    (position.coords - turn * place.coords - shift).norm();
+            }
+        }
+    }
+
+    /// The samples that can be judged: seen, in a posed frame, of a known feature.
+    fn judged(&self) -> impl Iterator<Item = (usize, usize)> {
+        let posed = self.poses.iter().enumerate().filter(|(_, pose)| pose.is_some());
+        posed.flat_map(|(frame, _)| self.tracks.seen(frame).map(move |(feature, _)| (frame, feature)))
+    }
+
+    fn median(&mut self, feature: Option<usize>) -> Option<f64> {
+        let features = self.shape.len();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        scratch.clear();
+        scratch.extend(
+            self.judged()
+                .filter(|(_, f)| feature.is_none_or(|feature| feature == *f))
+                .map(|(frame, f)| self.residuals[frame * features + f]),
+        );
+        let middle = scratch.len() / 2;
+        let median = (!scratch.is_empty()).then(|| *scratch.select_nth_unstable_by(middle, f64::total_cmp).1);
+        self.scratch = scratch;
+        median
+    }
+
+    /// Whether residuals look like those of one Gaussian noise, so that there is nothing to leave out.
+    fn is_clean(&mut self) -> bool {
+        self.measure();
+        let features = self.shape.len();
+        let (mut count, mut sum, mut worst) = (0_usize, 0.0, 0.0_f64);
+        for (frame, feature) in self.judged() {
+            let square = self.residuals[frame * features + feature].powi(2);
+            (count, sum, worst) = (count + 1, sum + square, worst.max(square));
+        }
+        let frames = self.poses.iter().flatten().count();
+        let freedom = (3 * count + 6).saturating_sub(6 * frames + 3 * features).max(1);
+        let Some(median) = self.median(None) else { return true };
+        let rms = (sum / count.max(1) as f64).sqrt();
+        worst <= WILD * WILD * sum / freedom as f64 && median >= (MEDIAN_SHARE - MEDIAN_TOLERANCE) * rms
+    }
+
+    fn graduated(&mut self) {
+        let features = self.shape.len();
+        let mut control: Option<f64> = None;
+        for round in 0..ROUNDS {
+            self.measure();
+            let Some(median) = self.median(None) else { return };
+            let frames = self.poses.iter().flatten().count().max(1) as f64;
+            let counting = self.weights.iter().filter(|weight| **weight > 0.3).count() as f64;
+            let seen = (counting / frames).max(3.5);
+            // A pose of six parameters takes up part of the residuals of its frame.
+            let sigma = (median / MEDIAN_LENGTH * (seen / (seen - 2.0)).sqrt()).max(self.rounding());
+            let of_features = self.feature_weights(round);
+            let start = || {
+                let worst = self.judged().map(|(t, f)| self.residuals[t * features + f]).fold(0.0, f64::max);
+                (worst / (SCALE * sigma)).powi(2).max(1.0)
+            };
+            let mu = control.unwrap_or_else(start);
+            let limit = mu * (SCALE * sigma).powi(2);
+            for frame in 0..self.poses.len() {
+                if self.poses[frame].is_none() {
+                    continue;
+                }
+                let mut counting = 0;
+                for (feature, _) in self.tracks.seen(frame) {
+                    let sample = frame * features + feature;
+                    let residual = self.residuals[sample];
+                    let weight = if round < SOFT_ROUNDS {
+                        (limit / (limit + residual * residual)).powi(2)
+                    } else {
+                        f64::from(u8::from(residual < WILD * sigma))
+                    };
+                    self.weights[sample] = weight * of_features[feature];
+                    counting += usize::from(self.weights[sample] > 0.5);
+                }
+                // A frame that had three samples keeps them, whatever they are.
+                if counting < 3 {
+                    for (feature, _) in self.tracks.seen(frame) {
+                        self.weights[frame * features + feature] = of_features[feature].max(0.01);
+                    }
+                }
+            }
+            control = Some((mu / SHARPENING).max(1.0));
+            let change = self.alternate();
+            if round > SOFT_ROUNDS && change < CONVERGED {
+                break;
+            }
+        }
+    }
+
+    /// Weight of every feature as a whole by its typical residual.
+    fn feature_weights(&mut self, round: usize) -> Vec<f64> {
+        let features = self.shape.len();
+        if features < 6 {
+            return vec![1.0; features];
+        }
+        let typical: Vec<f64> = (0..features).map(|feature| self.median(Some(feature)).unwrap_or(0.0)).collect();
+        let mut sorted = typical.clone();
+        let base = *sorted.select_nth_unstable_by(features / 2, f64::total_cmp).1;
+        let weight = |typical: f64| {
+            if round + 4 < SOFT_ROUNDS {
+                let excess = (typical - 1.5 * base).max(0.0);
+                base * base / (base * base + excess * excess + f64::MIN_POSITIVE)
+            } else {
+                f64::from(u8::from(typical <= ELSEWHERE * base + self.rounding()))
+            }
+        };
+        let weights: Vec<f64> = typical.into_iter().map(weight).collect();
+        let left = weights.iter().filter(|weight| **weight > 0.5).count();
+        let enough = left >= 4 && 2 * left >= features;
+        let weights = if enough { weights } else { vec![1.0; features] };
+        self.strays = weights.iter().map(|weight| *weight <= 0.5).collect();
+        weights
+    }
+
+    /// A residual that rounding explains, metres.
+    fn rounding(&self) -> f64 {
+        let size = self.shape.iter().flatten().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        1e-12 * size + f64::MIN_POSITIVE
+    }
+
+    fn finish(mut self) -> Registered {
+        for _ in 0..MOST_PLAIN_ROUNDS {
+            if self.alternate() < CONVERGED {
+                break;
+            }
+        }
+        let used: Vec<bool> = self.weights.iter().map(|weight| *weight > 0.5).collect();
+        let features = self.shape.len();
+        let wild = self.judged().filter(|&(frame, f)| !self.strays[f] && !used[frame * features + f]).count();
+        let strays: Vec<usize> = (0..features).filter(|&feature| self.strays[feature]).collect();
+        rebase(&mut self.poses, &mut self.shape);
+        Registered { poses: self.poses, shape: self.shape, used, strays, wild }
+    }
+}

@@ -1,0 +1,97 @@
+//! Poses given by a tracker, without its short wrong stretches.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector4};
+
+use crate::Pose;
+
+/// Half width of the neighbourhood in time, frames.
+const NEIGHBOURS: usize = 7;
+/// Frames below which a neighbourhood says nothing.
+const FEW: usize = 30;
+/// Departure from the neighbourhood, in three-quarter quantiles of all departures and in standard deviations of the
+/// noise, from which a frame is wrong.
+const IN_QUANTILES: f64 = 6.0;
+const IN_NOISE: f64 = 8.0;
+/// Least departure of a rotation that counts as a flip, radians.
+const LEAST_FLIP: f64 = 0.052;
+/// Largest share of the frames that can be wrong; with more, nobody knows which.
+const MOST_POSITIONS: f64 = 0.25;
+const MOST_ROTATIONS: f64 = 0.25;
+
+/// Frames whose position jumps away are dropped; rotations that do are replaced by those of their surroundings, and
+/// marked. The flips of a flat marker seen by one camera are of this kind: the position stays right.
+pub(crate) fn without_jumps(
+    poses: &[Option<Pose>],
+    position_noise: f64,
+    rotation_noise: f64,
+) -> (Vec<Option<Pose>>, Vec<bool>) {
+    let mut cleaned = poses.to_vec();
+    let mut replaced = vec![false; poses.len()];
+    let frames: Vec<usize> = (0..poses.len()).filter(|&frame| poses[frame].is_some()).collect();
+    if frames.len() < FEW {
+        return (cleaned, replaced);
+    }
+    let positions: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
+    let around = medians(&positions);
+    let departures: Vec<f64> = positions.iter().zip(&around).map(|(x, m)| (x - m).norm()).collect();
+    let limit = (IN_QUANTILES * upper_quartile(&departures)).max(IN_NOISE * position_noise);
+    let wrong: Vec<bool> = departures.iter().map(|departure| *departure > limit).collect();
+    let mut kept = frames.clone();
+    if share(&wrong) < MOST_POSITIONS {
+        frames.iter().zip(&wrong).filter(|(_, wrong)| **wrong).for_each(|(frame, _)| cleaned[*frame] = None);
+        kept.retain(|frame| cleaned[*frame].is_some());
+    }
+    let mut previous: Option<Vector4<f64>> = None;
+    let rotations: Vec<Vector4<f64>> = kept
+        .iter()
+        .filter_map(|&frame| {
+            let q = poses[frame]?.rotation.coords;
+            let q = if previous.is_some_and(|before| before.dot(&q) < 0.0) { -q } else { q };
+            previous = Some(q);
+            Some(q)
+        })
+        .collect();
+    let around = medians(&rotations);
+    let around: Vec<UnitQuaternion<f64>> =
+        around.into_iter().map(|m| UnitQuaternion::from_quaternion(Quaternion::from(m))).collect();
+    let departures: Vec<f64> =
+        kept.iter().zip(&around).map(|(&frame, m)| poses[frame].map_or(0.0, |p| p.rotation.angle_to(m))).collect();
+    let limit = (IN_QUANTILES * upper_quartile(&departures)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
+    let wrong: Vec<bool> = departures.iter().map(|departure| *departure > limit).collect();
+    if share(&wrong) <= MOST_ROTATIONS {
+        for ((frame, wrong), rotation) in kept.iter().zip(wrong).zip(around) {
+            if wrong && let Some(pose) = &mut cleaned[*frame] {
+                pose.rotation = rotation;
+                replaced[*frame] = true;
+            }
+        }
+    }
+    (cleaned, replaced)
+}
+
+fn share(flags: &[bool]) -> f64 {
+    flags.iter().filter(|flag| **flag).count() as f64 / flags.len().max(1) as f64
+}
+
+fn upper_quartile(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    let at = values.len() * 3 / 4;
+    *values.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
+/// Median of every coordinate over the neighbours in time.
+fn medians<const D: usize>(series: &[nalgebra::SVector<f64, D>]) -> Vec<nalgebra::SVector<f64, D>> {
+    let half = NEIGHBOURS.min((series.len() - 1) / 4);
+    let mut window = Vec::with_capacity(2 * half + 1);
+    (0..series.len())
+        .map(|at| {
+            nalgebra::SVector::from_fn(|coordinate, _| {
+                window.clear();
+                // At the ends the last sample stands for those beyond.
+                let last = series.len() - 1;
+                window.extend((0..=2 * half).map(|k| series[(at + k).saturating_sub(half).min(last)][coordinate]));
+                *window.select_nth_unstable_by(half, f64::total_cmp).1
+            })
+        })
+        .collect()
+}
