@@ -94,7 +94,9 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     use super::*;
-    use crate::JointKind::{Cylindrical, Disconnected, Elliptical, Planar, Prismatic, Revolute, Screw, Spherical};
+    use crate::JointKind::{
+        Cylindrical, Disconnected, Elliptical, Planar, Prismatic, Revolute, Screw, Spherical, Universal,
+    };
 
     fn joint(kind: JointKind, point: [f64; 3], direction: [f64; 3]) -> Joint {
         Joint::about(kind, Point3::from(point), Vector3::from(direction).normalize())
@@ -140,6 +142,31 @@ mod tests {
         assert_eq!(together(&[joint(Planar, O, Z), joint(Revolute, O, X)]), "disconnected");
         assert_eq!(together(&[joint(Spherical, O, Z), joint(Spherical, O, X)]), "spherical");
         assert_eq!(together(&[joint(Disconnected, O, Z), joint(Revolute, O, X)]), "disconnected");
+    }
+
+    #[test]
+    fn a_universal_joint_is_one_from_both_sides() {
+        let cross = joint(Universal, [0.3, -0.2, 1.0], [0.6, 0.0, 0.8]);
+        let back = cross.reversed();
+        assert_eq!(back.kind, Universal);
+        for position in [[0.4, 0.0], [0.0, -0.7], [1.1, 0.5]] {
+            let there = cross.pose(&position);
+            let again = back.position(&there.inverse(), &[]);
+            assert!((again[0] + position[1]).abs() < 1e-12 && (again[1] + position[0]).abs() < 1e-12, "{again:?}");
+            let error = back.pose(&again).to_homogeneous() - there.inverse().to_homogeneous();
+            assert!(error.norm() < 1e-12, "{error}");
+        }
+    }
+
+    #[test]
+    fn universal_joints_and_other_turns_about_their_centre_make_spheres() {
+        let cross = joint(Universal, Y, Z);
+        assert_eq!(together(&[cross, Joint::rigid()]), "universal");
+        assert_eq!(together(&[cross, cross]), "spherical");
+        assert_eq!(together(&[cross, joint(Revolute, [0.0, 1.0, 5.0], Z)]), "spherical");
+        assert_eq!(together(&[cross, joint(Spherical, Y, X)]), "spherical");
+        assert_eq!(together(&[cross, joint(Revolute, O, Z)]), "disconnected");
+        assert_eq!(together(&[cross, joint(Prismatic, Y, Z)]), "disconnected");
     }
 
     #[test]

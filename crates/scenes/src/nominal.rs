@@ -291,6 +291,28 @@ mod tests {
     }
 
     #[test]
+    fn universal_parts_turn_about_two_axes_that_cross_at_right_angles() {
+        for options in seeds() {
+            let seen = look("universal", &options);
+            assert!(seen.pair.axis.expect("axis").direction.is_none());
+            assert_eq!(seen.pair.thesis_joint, "disconnected");
+            (0..2).for_each(|coordinate| seen.spans(coordinate, sweep()));
+            assert!(seen.poses.iter().all(|pose| (pose * seen.point() - seen.point()).norm() < EXACT));
+            let part = &scene_bodies("universal", &options)[1];
+            let frame = part.attachment.joint.frame.rotation;
+            let [first, second] = [Vector3::z_axis(), Vector3::x_axis()].map(|axis| (frame * axis).into_inner());
+            let arm = part.placement.translation.vector - seen.point().coords;
+            assert!((arm.norm() - 0.15).abs() < EXACT && arm.dot(&first).abs() < EXACT);
+            assert!(arm.dot(&second).abs() < EXACT, "both axes are across the arm");
+            for (frame, pose) in seen.poses.iter().enumerate() {
+                let turn = |axis: Vector3<f64>, angle: f64| UnitQuaternion::from_scaled_axis(axis * angle);
+                let expected = turn(first, seen.q(0)[frame]) * turn(second, seen.q(1)[frame]);
+                assert!(pose.rotation.angle_to(&expected) < 1e-7);
+            }
+        }
+    }
+
+    #[test]
     fn points_of_a_trammel_run_on_ellipses_about_its_axis() {
         for options in seeds() {
             let seen = look("elliptical", &options);
@@ -361,6 +383,124 @@ mod tests {
             let still = simulate("revolute", &options).expect("revolute");
             assert!(still.poses[0].iter().all(|pose| *pose == Pose::identity()));
         }
+    }
+
+    #[test]
+    fn features_can_be_in_a_box_on_a_plate_or_on_a_line() {
+        for seed in 0..5 {
+            let exact = SceneOptions { seed, noise: Some(0.0), body_size: Some(0.2), ..Default::default() };
+            let edges = |shape: Option<BodyShape>, body: usize| {
+                let options = SceneOptions { body_shape: shape, features: Some(200), ..exact.clone() };
+                let simulation = simulate("revolute", &options).expect("revolute");
+                let jointscope_motion::Observation::Points { tracks, .. } =
+                    simulation.recording.bodies()[body].observation()
+                else {
+                    panic!("points")
+                };
+                let scene = scene_bodies("revolute", &options);
+                let inside: Vec<_> = tracks.frame(0).iter().map(|p| scene[body].placement.inverse() * p).collect();
+                [0, 1, 2].map(|axis| {
+                    let [least, most] = law::extremes(&inside.iter().map(|p| p[axis]).collect::<Vec<_>>());
+                    most - least
+                })
+            };
+            let long = 0.18..0.2;
+            for (shape, thick) in [
+                (BodyShape::Box, [0.2, 0.2]),
+                (BodyShape::Flat, [0.2, 0.0]),
+                (BodyShape::Line, [0.0, 0.0]),
+                (BodyShape::NearLine, [4e-4, 4e-4]),
+            ] {
+                let mut part = edges(Some(shape), 1);
+                part.sort_by(f64::total_cmp);
+                assert!(long.contains(&part[2]), "{shape:?}: {part:?}");
+                for (edge, expected) in [part[1], part[0]].iter().zip(thick) {
+                    assert!((0.9 * expected - EXACT..=expected + EXACT).contains(edge), "{shape:?}: {part:?}");
+                }
+                assert!(edges(Some(shape), 0).iter().all(|edge| long.contains(edge)), "the base stays a box");
+            }
+            let plain = simulate("revolute", &exact).expect("revolute").recording;
+            let boxed = SceneOptions { body_shape: Some(BodyShape::Box), ..exact.clone() };
+            assert_eq!(plain, simulate("revolute", &boxed).expect("revolute").recording);
+        }
+    }
+
+    #[test]
+    fn a_line_of_features_lies_in_any_direction() {
+        let along = |seed| {
+            let options = SceneOptions { seed, body_shape: Some(BodyShape::Line), ..Default::default() };
+            let part = &scene_bodies("revolute", &options)[1];
+            (part.placement.rotation * Vector3::z()).dot(&part.attachment.joint.direction()).abs()
+        };
+        let mut cosines: Vec<f64> = (0..40).map(along).collect();
+        cosines.sort_by(f64::total_cmp);
+        assert!(cosines[5] < 0.4 && cosines[34] > 0.6, "{cosines:?}");
+    }
+
+    #[test]
+    fn a_hinge_far_from_tracked_poses_is_as_asked() {
+        for still_base in [false, true] {
+            let options = SceneOptions {
+                axis_distance: Some(0.7),
+                poses: true,
+                frames: Some(200),
+                noise: Some(0.005),
+                rotation_noise: Some(0.01),
+                sweep_deg: Some(90.0),
+                still_base,
+                ..Default::default()
+            };
+            let exact = SceneOptions { noise: Some(0.0), rotation_noise: Some(0.0), ..options.clone() };
+            let [noisy, exact] = [&options, &exact].map(|options| simulate("revolute", options).expect("revolute"));
+            for body in 0..2 {
+                let [seen, truth] = [&noisy, &exact].map(|simulation| {
+                    let jointscope_motion::Observation::Poses(poses) =
+                        simulation.recording.bodies()[body].observation()
+                    else {
+                        panic!("poses")
+                    };
+                    poses.iter().map(|pose| pose.expect("seen")).collect::<Vec<_>>()
+                });
+                assert_eq!(seen.len(), 200);
+                let pairs = || seen.iter().zip(&truth);
+                let shift: f64 =
+                    pairs().map(|(a, b)| (a.translation.vector - b.translation.vector).norm_squared()).sum();
+                let turn: f64 = pairs().map(|(a, b)| a.rotation.angle_to(&b.rotation).powi(2)).sum();
+                assert!(((shift / 600.0).sqrt() / 0.005 - 1.0).abs() < 0.1, "{shift}");
+                assert!(((turn / 600.0).sqrt() / 0.01 - 1.0).abs() < 0.1, "{turn}");
+                let rests = still_base && body == 0;
+                assert_eq!((truth[0].translation.vector - truth[150].translation.vector).norm() < EXACT, rests);
+                let joint = &scene_bodies("revolute", &options)[1].attachment.joint;
+                let arm = Point3::from(truth[0].translation.vector) - joint.point();
+                let distance = arm.cross(&joint.direction()).norm();
+                assert!((distance - [0.15, 0.7][body]).abs() < EXACT, "{distance}");
+            }
+            let seen = look("revolute", &options);
+            seen.spans(0, std::f64::consts::FRAC_PI_2);
+            seen.turns_about_the_axis_by(&seen.q(0));
+        }
+    }
+
+    #[test]
+    fn tracked_slides_and_screws_travel_as_far_as_is_asked() {
+        for travel in [0.05, 0.4] {
+            let options = SceneOptions { poses: true, travel: Some(travel), frames: Some(200), ..Default::default() };
+            let seen = look("prismatic", &options);
+            seen.spans(0, travel);
+            let part = scene_bodies("prismatic", &options)[1].placement.translation.vector;
+            assert!((seen.point().coords - part).norm() < EXACT, "the axis goes through the tracker");
+        }
+        let options = SceneOptions { poses: true, travel: Some(0.1), sweep_deg: Some(90.0), ..Default::default() };
+        let seen = look("screw", &options);
+        seen.spans(0, std::f64::consts::FRAC_PI_2);
+        let pitch = seen.pair.axis.expect("axis").pitch.expect("pitch");
+        assert!((pitch * std::f64::consts::FRAC_PI_2 - 0.1).abs() < EXACT);
+    }
+
+    #[test]
+    fn poses_may_be_as_many_as_frames() {
+        let options = SceneOptions { poses: true, frames: Some(600_000), ..Default::default() };
+        assert!(crate::scene("rigid", &options).expect("rigid").check().is_ok());
     }
 
     #[test]

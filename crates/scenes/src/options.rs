@@ -276,6 +276,16 @@ mod tests {
             ("play", "-1"),
             ("scale", "0"),
             ("depth_gain", "-0.6"),
+            ("bend", "-0.1"),
+            ("bend", "0.6"),
+            ("skin", "-0.001"),
+            ("skin", "11"),
+            ("filter", "-1"),
+            ("filter", "1001"),
+            ("rotation_noise", "-0.1"),
+            ("rotation_noise", "3.1"),
+            ("flips", "-0.1"),
+            ("flips", "1.1"),
         ];
         for (option, value) in wrong {
             let options = parsed(&format!("{{\"{option}\": {value}}}")).expect("valid JSON");
@@ -292,6 +302,8 @@ mod tests {
             SceneOptions { noise: Some(f64::NAN), ..SceneOptions::default() },
             SceneOptions { scale: Some(f64::INFINITY), ..SceneOptions::default() },
             SceneOptions { sweep_deg: Some(f64::NAN), ..SceneOptions::default() },
+            SceneOptions { bend: Some(f64::NAN), ..SceneOptions::default() },
+            SceneOptions { filter: Some(f64::INFINITY), ..SceneOptions::default() },
         ] {
             assert!(matches!(options.check(), Err(SceneError::OutOfRange { .. })));
         }
@@ -313,5 +325,42 @@ mod tests {
         assert_eq!(error.expect_err("no use").to_string(), "option `sweep_deg` does not apply to scene `fridge`");
         let monocular = SceneOptions { monocular: true, ..SceneOptions::default() };
         assert!(simulate("revolute", &monocular).is_err() && simulate("laptop", &monocular).is_ok());
+        let [poses, flat, bend] = [r#"{"poses": true}"#, r#"{"body_shape": "flat"}"#, r#"{"bend": 0.1}"#].map(|text| {
+            let options = parsed(text).expect("valid JSON");
+            ["revolute", "turntable", "table2", "fridge"].map(|scene| simulate(scene, &options).is_ok())
+        });
+        assert_eq!(poses, [true, true, false, false]);
+        assert_eq!(flat, [true, false, false, false]);
+        assert_eq!(bend, [true, false, true, true]);
+    }
+
+    #[test]
+    fn options_of_points_and_options_of_poses_exclude_each_other() {
+        for given in [
+            r#""features": 4"#,
+            r#""depth_noise": 2"#,
+            r#""outlier_features": 0.1"#,
+            r#""scale": 2"#,
+            r#""depth_gain": 0.5"#,
+            r#""skin": 0.01"#,
+            r#""body_shape": "box""#,
+        ] {
+            assert!(parsed(&format!("{{{given}}}")).expect("valid JSON").check().is_ok());
+            let error = parsed(&format!(r#"{{"poses": true, {given}}}"#)).expect("valid JSON").check();
+            assert!(matches!(error, Err(SceneError::NeedsPoints { option }) if given.contains(option)), "{given}");
+        }
+        for given in [r#""rotation_noise": 0.1"#, r#""flips": 0.1"#] {
+            assert!(parsed(&format!(r#"{{"poses": true, {given}}}"#)).expect("valid JSON").check().is_ok());
+            let error = parsed(&format!("{{{given}}}")).expect("valid JSON").check();
+            assert!(matches!(error, Err(SceneError::NeedsPoses { option }) if given.contains(option)), "{given}");
+        }
+    }
+
+    #[test]
+    fn shapes_are_written_by_their_names() {
+        for shape in BodyShape::ALL {
+            assert_eq!(serde_json::to_value(shape).expect("serialises"), shape.name());
+        }
+        assert!(parsed(r#"{"body_shape": "round"}"#).is_err());
     }
 }

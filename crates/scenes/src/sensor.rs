@@ -361,6 +361,62 @@ mod tests {
     }
 
     #[test]
+    fn features_on_skin_wander_smoothly_by_what_is_asked() {
+        let sensor = Sensor { skin: 0.004, ..Sensor::default() };
+        let turn = Pose::rotation(Vector3::new(0.3, 1.0, -0.4));
+        let mut positions = vec![place(); FRAMES * FEATURES];
+        sensor.move_skin(&body(), 0, 5, &vec![turn; FRAMES], &mut positions);
+        let mut frame_0 = vec![];
+        for feature in 0..FEATURES {
+            let track: Vec<_> = positions.iter().skip(feature).step_by(FEATURES).map(|p| p - place()).collect();
+            for axis in 0..3 {
+                let on_body = |displacement: &Vector3<f64>| (turn.rotation.inverse() * displacement)[axis];
+                let deviation = rms(track.iter().map(on_body));
+                assert!((deviation / 0.004 - 1.0).abs() < 1e-9, "{deviation}");
+                let mean = track.iter().map(on_body).sum::<f64>() / FRAMES as f64;
+                assert!(mean.abs() < 1e-12, "{mean}");
+            }
+            let fastest = track.windows(2).map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max);
+            assert!(fastest < 0.001, "{fastest}");
+            frame_0.push(track[0].x);
+        }
+        frame_0.sort_by(f64::total_cmp);
+        frame_0.dedup();
+        assert_eq!(frame_0.len(), FEATURES, "each goes its own way");
+        let exactly = SceneBody { noise_factor: 0.0, ..body() };
+        let mut positions = vec![place(); FRAMES * FEATURES];
+        sensor.move_skin(&exactly, 0, 5, &vec![turn; FRAMES], &mut positions);
+        assert!(positions.iter().all(|p| *p == place()), "what is seen exactly has no skin");
+    }
+
+    #[test]
+    fn a_filter_takes_the_jitter_out_of_tracks() {
+        let noisy = Sensor { noise: 0.003, ..Sensor::default() };
+        let [rough, smooth] = [0.0, 2.0].map(|filter| observed(Sensor { filter, ..noisy }, &body()).0);
+        let jitter = |positions: &[Point3<f64>]| {
+            let x = |frame: usize| positions[frame * FEATURES].x;
+            rms((3..FRAMES).map(|frame| x(frame) - 3.0 * x(frame - 1) + 3.0 * x(frame - 2) - x(frame - 3)))
+        };
+        // White noise after a Gaussian of standard deviation s: its third differences shrink by
+        // sqrt(15 / (16 sqrt(pi) s^7) / 20), itself by 1 / sqrt(2 s sqrt(pi)).
+        let ratio = jitter(&smooth) / jitter(&rough);
+        assert!((0.010..0.019).contains(&ratio), "{ratio}");
+        let size = |positions: &[Point3<f64>]| rms(positions.iter().map(|p| p.y - place().y));
+        let ratio = size(&smooth) / size(&rough);
+        assert!((0.34..0.41).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn a_filter_smears_wild_samples_but_not_gaps() {
+        let wild = Sensor { outlier_samples: 0.001, dropout: 0.3, ..Sensor::default() };
+        let [rough, smooth] = [0.0, 1.0].map(|filter| observed(Sensor { filter, ..wild }, &body()).0);
+        assert!(rough.iter().zip(&smooth).all(|(rough, smooth)| rough.x.is_nan() == smooth.x.is_nan()));
+        let off = |positions: &[Point3<f64>]| share(positions, |p| (p - place()).norm() > 1e-9);
+        let spread = off(&smooth) / off(&rough);
+        assert!((6.0..11.0).contains(&spread), "a wild sample reaches 4 frames to either side: {spread}");
+    }
+
+    #[test]
     fn one_eye_compresses_changes_of_depth_and_then_scales() {
         let near = |p: Point3<f64>, x: f64, y: f64, z: f64| (p - Point3::new(x, y, z)).norm() < 1e-15;
         let mut positions = vec![Point3::new(0.5, 0.25, 2.0), Point3::new(0.75, 0.25, 3.0)];

@@ -6,10 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::Args;
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser as _},
+};
 use jointscope_motion::MotionError;
 use jointscope_recordings::{Format, write_csv, write_npz};
-use jointscope_scenes::{SceneError, SceneOptions, names, simulate};
+use jointscope_scenes::{BodyShape, SceneError, SceneOptions, names, simulate};
 
 use super::{too_fast, unknown_scene};
 use crate::{failure::Failure, output};
@@ -23,6 +26,14 @@ pub(crate) struct Arguments {
     /// The recording to write, `.csv` or `.npz`
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    // Boxed, as commands are moved about.
+    #[command(flatten)]
+    choices: Box<Choices>,
+}
+
+// What is said of it here would be said of the command.
+#[derive(Debug, Args)]
+struct Choices {
     /// Seed of everything random
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
@@ -38,6 +49,9 @@ pub(crate) struct Arguments {
     /// Noise along the viewing ray as a multiple of the noise across it
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     depth_noise: Option<f64>,
+    /// Correlation of the noise with that of the frame before
+    #[arg(long, value_name = "CORRELATION", allow_negative_numbers = true)]
+    drift: Option<f64>,
     /// Share of the samples that are missing
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     dropout: Option<f64>,
@@ -53,6 +67,36 @@ pub(crate) struct Arguments {
     /// Range of the joint's travel, metres
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     travel: Option<f64>,
+    /// Edge of the cubes that hold the bodies' features, metres
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    body_size: Option<f64>,
+    /// Where the features of the moving body are
+    #[arg(long, value_name = "SHAPE", value_parser = shapes())]
+    body_shape: Option<BodyShape>,
+    /// Distance of the moving body's centre from the axis, metres
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    axis_distance: Option<f64>,
+    /// Range of a slow random translation that the joint adds, metres
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    play: Option<f64>,
+    /// Share of its travel by which the moving body departs sideways, in a bow
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    bend: Option<f64>,
+    /// Standard deviation of the features' smooth wandering on their bodies, metres
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    skin: Option<f64>,
+    /// Standard deviation of the low-pass filter that the samples have gone through, frames
+    #[arg(long, value_name = "FRAMES", allow_negative_numbers = true)]
+    filter: Option<f64>,
+    /// See the bodies as poses, not as points
+    #[arg(long)]
+    poses: bool,
+    /// Standard deviation of a pose's orientation, radians
+    #[arg(long, value_name = "RADIANS", allow_negative_numbers = true)]
+    rotation_noise: Option<f64>,
+    /// Share of the frames in which a pose's orientation is flipped
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    flips: Option<f64>,
     /// Let the reference body rest
     #[arg(long)]
     still_base: bool,
@@ -77,7 +121,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Failure::usage_with_help(error, "let the name end with `.csv` or `.npz`"));
         }
     };
-    let options = options(arguments);
+    let options = options(&arguments.choices);
     let simulation = simulate(&arguments.scene, &options).map_err(refused)?;
     let mut recording = Vec::new();
     if npz {
@@ -115,6 +159,13 @@ fn refused(error: SceneError) -> Failure {
             let option = typed(option);
             Failure::usage_with_help(format!("{option} does not apply to scene `{scene}`"), "leave it out")
         }
+        SceneError::NeedsPoints { option } => {
+            let error = format!("{} is about tracked features, and poses have none", typed(option));
+            Failure::usage_with_help(error, "leave it out, or leave out --poses")
+        }
+        SceneError::NeedsPoses { option } => {
+            Failure::usage_with_help(format!("{} is about tracked poses", typed(option)), "add --poses")
+        }
         SceneError::TooFast { body, degrees, .. } => {
             Failure::usage_with_help(too_fast(&body, degrees), "raise --frames or lower --sweep-deg")
         }
@@ -126,24 +177,40 @@ fn refused(error: SceneError) -> Failure {
     }
 }
 
-fn options(arguments: &Arguments) -> SceneOptions {
+fn options(choices: &Choices) -> SceneOptions {
     SceneOptions {
-        seed: arguments.seed,
-        frames: arguments.frames,
-        features: arguments.features,
-        noise: arguments.noise,
-        depth_noise: arguments.depth_noise,
-        dropout: arguments.dropout,
-        outlier_features: arguments.outlier_features,
-        outlier_samples: arguments.outlier_samples,
-        sweep_deg: arguments.sweep_deg,
-        travel: arguments.travel,
-        still_base: arguments.still_base,
-        scale: arguments.scale,
-        depth_gain: arguments.depth_gain,
-        monocular: arguments.monocular,
-        ..SceneOptions::default()
+        seed: choices.seed,
+        frames: choices.frames,
+        features: choices.features,
+        noise: choices.noise,
+        depth_noise: choices.depth_noise,
+        drift: choices.drift,
+        dropout: choices.dropout,
+        outlier_features: choices.outlier_features,
+        outlier_samples: choices.outlier_samples,
+        sweep_deg: choices.sweep_deg,
+        travel: choices.travel,
+        body_size: choices.body_size,
+        body_shape: choices.body_shape,
+        axis_distance: choices.axis_distance,
+        play: choices.play,
+        bend: choices.bend,
+        skin: choices.skin,
+        filter: choices.filter,
+        poses: choices.poses,
+        rotation_noise: choices.rotation_noise,
+        flips: choices.flips,
+        still_base: choices.still_base,
+        scale: choices.scale,
+        depth_gain: choices.depth_gain,
+        monocular: choices.monocular,
     }
+}
+
+/// Reads a body's shape from its name.
+fn shapes() -> impl clap::builder::TypedValueParser<Value = BodyShape> {
+    PossibleValuesParser::new(BodyShape::ALL.map(BodyShape::name))
+        .try_map(|name| BodyShape::ALL.into_iter().find(|shape| shape.name() == name).ok_or("unknown"))
 }
 
 fn scenes_help() -> String {

@@ -18,6 +18,28 @@ fn a_simulation_is_written_with_its_truth_and_can_be_read() {
 }
 
 #[test]
+fn a_simulation_of_poses_is_written_and_can_be_read() {
+    let place = Place::new();
+    let imperfect = ["--axis-distance", "0.7", "--bend", "0.02", "--filter", "1", "--flips", "0.1"];
+    let poses = ["--poses", "--rotation-noise", "0.02", "--drift", "0.5", "--play", "0.001", "--body-size", "0.2"];
+    place.done(&[&["simulate", "universal", "--out", "r.csv"], &imperfect[..], &poses].concat());
+    let header = fs::read_to_string(place.path("r.csv")).expect("the recording");
+    assert!(header.lines().next().is_some_and(|line| line.contains("qw")));
+    let truth = json(&fs::read_to_string(place.path("truth.json")).expect("the truth"));
+    assert_eq!((&truth["options"]["poses"], &truth["options"]["flips"]), (&true.into(), &0.1.into()));
+    place.write("c.toml", "");
+    place.done(&["run", "--config", "c.toml", "--input", "r.csv"]);
+}
+
+#[test]
+fn a_simulation_takes_a_shape_by_its_name() {
+    let place = Place::new();
+    place.done(&["simulate", "revolute", "--out", "r.csv", "--body-shape", "near-line", "--skin", "0.002"]);
+    let truth = json(&fs::read_to_string(place.path("truth.json")).expect("the truth"));
+    assert_eq!((&truth["options"]["body_shape"], &truth["options"]["skin"]), (&"near-line".into(), &0.002.into()));
+}
+
+#[test]
 fn a_simulation_does_not_take_the_truth_of_another_recording() {
     let place = Place::new();
     place.done(&["simulate", "door", "--out", "a.csv", "--frames", "20"]);
@@ -63,6 +85,15 @@ fn simulation_options_out_of_range_are_named_as_they_were_typed() {
         ("--outlier-samples", "-0.1", "0 to 1"),
         ("--sweep-deg", "0", "0.000001 to 36000 degrees"),
         ("--travel", "11", "0.000001 to 10 m"),
+        ("--drift", "1", "at least 0 and less than 1"),
+        ("--body-size", "0", "0.000001 to 10 m"),
+        ("--axis-distance", "-1", "0 to 10 m"),
+        ("--play", "-0.1", "0 to 10 m"),
+        ("--bend", "0.6", "0 to 0.5"),
+        ("--skin", "-0.01", "0 to 10 m"),
+        ("--filter", "1001", "0 to 1000 frames"),
+        ("--rotation-noise", "4", "0 to 3 rad"),
+        ("--flips", "-0.1", "0 to 1"),
         ("--scale", "0", "0.01 to 100"),
         ("--depth-gain", "-0.6", "0.01 to 100"),
     ] {
@@ -70,6 +101,9 @@ fn simulation_options_out_of_range_are_named_as_they_were_typed() {
     }
     refused(&["--frames", "many"], &["invalid value 'many' for '--frames <FRAMES>'"]);
     refused(&["--seed", "-1"], &["invalid value '-1' for '--seed <SEED>'"]);
+    refused(&["--body-shape", "round"], &["invalid value 'round' for '--body-shape <SHAPE>'", "near-line"]);
+    refused(&["--poses", "--features", "4"], &["--features is about tracked features", "leave out --poses"]);
+    refused(&["--rotation-noise", "0.1"], &["--rotation-noise is about tracked poses", "add --poses"]);
     refused(&["--monocular"], &["--monocular does not apply to scene `revolute`", "leave it out"]);
     let message = ["--features must be at least 1, and at most 10 million samples per body", "found 10000"];
     refused(&["--frames", "1000000", "--features", "10000"], &message);
