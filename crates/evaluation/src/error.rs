@@ -27,6 +27,12 @@ pub enum EvaluationError {
         /// What is wrong.
         error: DetectionError,
     },
+    /// The picture cannot be drawn.
+    #[error("the picture cannot be drawn: {what}")]
+    Picture {
+        /// What is wrong.
+        what: String,
+    },
     /// The threads could not be started.
     #[error("the threads cannot be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -344,7 +344,8 @@ pub(crate) mod tests {
 
     pub(crate) fn thesis(name: &str) -> Column {
         let catalog = Catalog::linked().expect("unique names");
-        Column::new(name, Configuration::parse("", &catalog).expect("valid"))
+        let text = include_str!("../../../configs/thesis.toml");
+        Column::new(name, Configuration::parse(text, &catalog).expect("valid"))
     }
 
     fn tiny(scenes: &[&'static str]) -> Row {

@@ -9,8 +9,8 @@
 //! use jointscope_evaluation::{Column, Plan, evaluate, row, to_text};
 //! use jointscope_models::Catalog;
 //!
-//! let thesis = Configuration::parse("", &Catalog::linked()?)?;
-//! let columns = [Column::new("thesis", thesis)];
+//! let configuration = Configuration::parse("", &Catalog::linked()?)?;
+//! let columns = [Column::new("default", configuration)];
 //! let rows = [row("A2").expect("there is such a row")];
 //! let plan = Plan { seeds: 2, first_seed: 1, threads: 1, times: false };
 //! let evaluation = evaluate(&plan, &columns, &rows, &|_, _| ())?;
@@ -25,7 +25,7 @@
 //! | `joint_class`, `axis_error` | when a type is right, and how far off an axis is |
 //! | `measurement` | one recording, simulated and judged |
 //! | `evaluation` | all of them, in parallel, summed up |
-//! | `text`, `markdown`, `json` | what is printed |
+//! | `text`, `markdown`, `json`, `picture` | what is printed |
 
 mod axis_error;
 mod column;
@@ -37,6 +37,7 @@ mod json;
 mod markdown;
 mod measure;
 mod measurement;
+mod picture;
 mod row;
 mod rows;
 mod text;
@@ -50,6 +51,7 @@ pub use joint_class::{TYPES, class};
 pub use json::to_json;
 pub use markdown::to_markdown;
 pub use measure::Measure;
+pub use picture::{picture, to_svg};
 pub use row::{Cell, Condition, Procedure, Row};
 pub use rows::{row, rows};
 pub use text::{list, to_text};

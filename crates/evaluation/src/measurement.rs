@@ -143,16 +143,10 @@ fn same_axis(joint: &str, one: Option<&Axis>, other: Option<&Axis>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use jointscope_detection::Configuration;
-    use jointscope_models::Catalog;
     use nalgebra::Vector3;
 
     use super::*;
-
-    fn thesis() -> Column {
-        let catalog = Catalog::linked().expect("unique names");
-        Column::new("thesis", Configuration::parse("", &catalog).expect("valid"))
-    }
+    use crate::evaluation::tests::thesis;
 
     fn axis(point: [f64; 3], direction: Vector3<f64>) -> Axis {
         Axis { point: point.into(), direction: Some(nalgebra::Unit::new_normalize(direction)), pitch: None }
@@ -175,7 +169,7 @@ mod tests {
 
     fn judged_in_all_orders(options: &SceneOptions) -> Measurement {
         let condition = Condition { procedure: Procedure::Exchange, ..Condition::new("revolute", options.clone()) };
-        let mut columns = measure(&condition, 3, &[thesis()]).expect("a scene");
+        let mut columns = measure(&condition, 3, &[thesis("thesis")]).expect("a scene");
         assert_eq!(columns[0].len(), 1, "one pair");
         columns[0].remove(0)
     }
@@ -204,10 +198,10 @@ mod tests {
     #[test]
     fn only_true_hinges_have_an_axis_error_and_experiments_have_their_pairs() {
         let slide = Condition::new("prismatic", SceneOptions::default());
-        let columns = measure(&slide, 1, &[thesis()]).expect("a scene");
+        let columns = measure(&slide, 1, &[thesis("thesis")]).expect("a scene");
         assert_eq!((columns[0][0].axis, columns[0][0].symmetric), (None, None));
         let options = SceneOptions { frames: Some(30), ..SceneOptions::default() };
         let door = Condition { procedure: Procedure::Experiment, ..Condition::new("drawers", options) };
-        assert_eq!(measure(&door, 1, &[thesis()]).expect("a scene")[0].len(), 3);
+        assert_eq!(measure(&door, 1, &[thesis("thesis")]).expect("a scene")[0].len(), 3);
     }
 }

@@ -8,7 +8,9 @@ use std::{
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use jointscope_detection::Configuration;
-use jointscope_evaluation::{Column, Plan, Row, evaluate, list, row, rows, to_json, to_markdown, to_text};
+use jointscope_evaluation::{
+    Column, Plan, Row, evaluate, list, picture, row, rows, to_json, to_markdown, to_svg, to_text,
+};
 use jointscope_models::settings;
 
 use super::catalog;
@@ -62,12 +64,22 @@ enum Printed {
     Json,
     /// A page with the same tables
     Markdown,
+    /// A picture: accuracy against noise, at conditions of its own
+    Svg,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let rows = chosen(&arguments.rows)?;
+    let rows = if arguments.format == Printed::Svg && arguments.rows.is_empty() {
+        vec![picture()]
+    } else {
+        chosen(&arguments.rows)?
+    };
     if arguments.list {
         return output::print(&list(&rows, arguments.seeds));
+    }
+    if arguments.format == Printed::Svg && !arguments.rows.is_empty() {
+        let help = "leave the rows out, or choose another format";
+        return Err(Failure::usage_with_help("the picture has conditions of its own, it shows no rows", help));
     }
     let columns = columns(&arguments.config)?;
     let plan = Plan {
@@ -88,6 +100,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Printed::Text => to_text(&evaluation),
         Printed::Json => to_json(&evaluation),
         Printed::Markdown => to_markdown(&evaluation, &command(arguments)),
+        Printed::Svg => to_svg(&evaluation).map_err(Failure::data)?,
     })
 }
 
