@@ -252,15 +252,6 @@ impl Detector {
         let Some(series) = motion.pose_series().filter(|_| matches!(self.configuration.rule, Rule::Likelihood(_))) else {
             return (models, verdict, None);
         };
-        if series.signal() < FAINT
-            && let Some(merged) = motion.merged(MERGED_FRAMES)
-        {
-            let (merged_models, merged_verdict) = self.weigh(&merged);
-            if merged_verdict.cost.zip(verdict.cost).is_some_and(|(merged, single)| merged < single) {
-                let note = "the motion of single frames drowns in their noise: successive frames were merged";
-                return (merged_models, merged_verdict, Some(note.into()));
-            }
-        }
         if series.tracked()
             && series.is_unordered()
             && let Some(quiet) = motion.with_noise(QUIET)
@@ -269,6 +260,15 @@ impl Detector {
             if fits_within(series, &quiet_models, &quiet_verdict) {
                 let note = "the frames are not a smooth motion: noise was told by the joint that fits them";
                 return (quiet_models, quiet_verdict, Some(note.into()));
+            }
+        }
+        if series.signal() < FAINT
+            && let Some(merged) = motion.merged(MERGED_FRAMES)
+        {
+            let (merged_models, merged_verdict) = self.weigh(&merged);
+            if merged_verdict.cost.zip(verdict.cost).is_some_and(|(merged, single)| merged < single) {
+                let note = "the motion of single frames drowns in their noise: successive frames were merged";
+                return (merged_models, merged_verdict, Some(note.into()));
             }
         }
         (models, verdict, None)

@@ -38,8 +38,8 @@ pub(crate) const KINDS: [JointKind; 10] = [
     JointKind::Universal,
 ];
 
-/// Both bodies move smoothly and generally in front of the camera, 20 features each at random in a cube of 15 cm, 15 cm
-/// from the joint's axis; 50 frames, 45° or the same arc, 118 mm; noise of 3 mm.
+/// Both bodies move smoothly and generally in front of the camera, 20 features each at random in a cube of 15 cm: the base
+/// about the joint, the part 15 cm from its axis; 50 frames, 45° or the same arc, 118 mm; noise of 3 mm.
 pub(crate) fn nominal(kind: JointKind, options: &SceneOptions) -> Result<Scene, SceneError> {
     options.refuse(kind.name(), &["monocular"])?;
     let edge = options.body_size.unwrap_or(DISTANCE);
@@ -84,7 +84,7 @@ impl Part {
             scale: 1.0,
             depth_gain: 1.0,
         };
-        let at_base = shifted(-DISTANCE);
+        let at_base = shifted(-options.base_distance.unwrap_or(0.0));
         let base = body("base", Shape::Box { size: [edge; 3] }, at_base, base_motion(at_base, frames, options));
         let at_part = shifted(options.axis_distance.unwrap_or(self.distance));
         let mut part = body("part", self.shape, at_part, self.attachment(joint_frame, at_part, frames, options));

@@ -52,6 +52,9 @@ pub struct SceneOptions {
     /// Distance of the moving body's centre from the axis, metres; 0 centres it on the axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis_distance: Option<f64>,
+    /// Distance of the base's centre from the axis, on the other side, metres; left out, 0: the base surrounds the joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base_distance: Option<f64>,
     /// The joint is not ideal: a slow random translation of this range in every coordinate is added, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub play: Option<f64>,
@@ -153,6 +156,7 @@ impl SceneOptions {
         metres("travel", self.travel, 1e-6, "0.000001 to 10 m")?;
         metres("body_size", self.body_size, 1e-6, "0.000001 to 10 m")?;
         metres("axis_distance", self.axis_distance, 0.0, "0 to 10 m")?;
+        metres("base_distance", self.base_distance, 0.0, "0 to 10 m")?;
         metres("play", self.play, 0.0, "0 to 10 m")?;
         if let Some(sweep) = self.sweep_deg {
             within("sweep_deg", sweep, 1e-6..=36_000.0, "0.000001 to 36000 degrees")?;
@@ -208,6 +212,7 @@ impl SceneOptions {
             ("travel", self.travel.is_some()),
             ("body_size", self.body_size.is_some()),
             ("axis_distance", self.axis_distance.is_some()),
+            ("base_distance", self.base_distance.is_some()),
             ("still_base", self.still_base),
             ("monocular", self.monocular),
             ("bend", self.bend.is_some()),
@@ -273,6 +278,7 @@ mod tests {
             ("travel", "11"),
             ("body_size", "0"),
             ("axis_distance", "-0.1"),
+            ("base_distance", "-0.1"),
             ("play", "-1"),
             ("scale", "0"),
             ("depth_gain", "-0.6"),

@@ -15,7 +15,7 @@ const NOISE: f64 = 0.0038;
 /// Body `slider` runs straight at uniform speed past body `base`, which rests and is seen exactly. Every sample of the
 /// slider has Gaussian noise.
 pub(crate) fn table2(options: &SceneOptions) -> Result<Scene, SceneError> {
-    options.refuse("table2", &["sweep_deg", "axis_distance", "monocular", "poses", "body_shape"])?;
+    options.refuse("table2", &["sweep_deg", "axis_distance", "base_distance", "monocular", "poses", "body_shape"])?;
     let frames = options.frames.unwrap_or(20);
     let features = options.features.unwrap_or(20);
     let travel = options.travel.unwrap_or(TRAVEL);

@@ -76,6 +76,9 @@ struct Choices {
     /// Distance of the moving body's centre from the axis, metres
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     axis_distance: Option<f64>,
+    /// Distance of the base's centre from the axis, on the other side, metres; 0 if left out
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    base_distance: Option<f64>,
     /// Range of a slow random translation that the joint adds, metres
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     play: Option<f64>,
@@ -193,6 +196,7 @@ fn options(choices: &Choices) -> SceneOptions {
         body_size: choices.body_size,
         body_shape: choices.body_shape,
         axis_distance: choices.axis_distance,
+        base_distance: choices.base_distance,
         play: choices.play,
         bend: choices.bend,
         skin: choices.skin,

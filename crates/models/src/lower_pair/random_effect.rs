@@ -1,9 +1,9 @@
 //! The price of a joint's positions: they are not parameters, but draws from a distribution that is itself fitted.
 
-use nalgebra::{Const, DimMin, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
 /// Rounds of expectation maximisation.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 20;
 /// Least variance of a position, in variances of its noise.
 const LEAST: f64 = 1e-10;
 
@@ -12,10 +12,7 @@ const LEAST: f64 = 1e-10;
 ///
 /// `μ` is their mean, `S` is found by expectation maximisation. A degree of freedom that is not there so costs its
 /// parameters, not one parameter per frame.
-pub(super) fn cost<const D: usize>(positions: &[SVector<f64, D>], noise: &[SMatrix<f64, D, D>]) -> f64
-where
-    Const<D>: DimMin<Const<D>, Output = Const<D>>,
-{
+pub(super) fn cost<const D: usize>(positions: &[SVector<f64, D>], noise: &[SMatrix<f64, D, D>]) -> f64 {
     let count = positions.len() as f64;
     if positions.is_empty() || D == 0 {
         return 0.0;
@@ -34,10 +31,8 @@ where
     let noise: Vec<SMatrix<f64, D, D>> =
         noise.iter().map(|noise| inverse_root * noise * inverse_root.transpose()).collect();
     let scatter = departures.iter().map(|d| d * d.transpose()).sum::<SMatrix<f64, D, D>>() / count;
-    let mut spread = SMatrix::<f64, D, D>::from_fn(|row, column| if row == column { scatter[(row, row)].max(LEAST) } else { 0.0 });
-    if let Some(start) = positive(&(scatter - SMatrix::identity())) {
-        spread = start;
-    }
+    // From above: a spread that starts too small grows only slowly.
+    let mut spread = scatter + SMatrix::identity() * LEAST;
     for _ in 0..ROUNDS {
         let mut next = SMatrix::<f64, D, D>::zeros();
         for (departure, noise) in departures.iter().zip(&noise) {
@@ -50,7 +45,7 @@ where
         let change = (next - spread).norm();
         let size = spread.norm();
         spread = next;
-        if change < 1e-6 * size {
+        if change < 1e-4 * size {
             break;
         }
     }
@@ -64,15 +59,6 @@ where
 
 fn ln_determinant<const D: usize>(triangle: &SMatrix<f64, D, D>) -> f64 {
     2.0 * triangle.diagonal().iter().map(|x| x.ln()).sum::<f64>()
-}
-
-/// The nearest matrix without variances below the least.
-fn positive<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
-    // The symmetric eigenvalues of a matrix of generic size need a dynamic one.
-    let eigen = nalgebra::DMatrix::from_iterator(D, D, matrix.iter().copied()).symmetric_eigen();
-    let diagonal = nalgebra::DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(LEAST)));
-    let result = &eigen.eigenvectors * diagonal * eigen.eigenvectors.transpose();
-    result.iter().all(|x| x.is_finite()).then(|| SMatrix::from_iterator(result.iter().copied()))
 }
 
 #[cfg(test)]
