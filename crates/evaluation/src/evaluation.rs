@@ -286,8 +286,9 @@ fn score(cell: &Cell, column: &Column, all: &[&Measurement], first: &[&Measureme
         let score = measure.score(all, first, column.tells_types)?;
         score.value.is_finite().then_some((measure, score))
     });
-    let by_types =
-        column.tells_types && (cell.measures.contains(&Measure::Types) || !cell.measures.contains(&Measure::Classes));
+    let measured = |measure| cell.measures.contains(&measure);
+    let by_class_only = !measured(Measure::Types) && (measured(Measure::Classes) || measured(Measure::PairsRight));
+    let by_types = column.tells_types && !by_class_only;
     let wrong = |m: &&&Measurement| {
         if by_types { m.found != m.expected } else { class(&m.found) != class(&m.expected) }
     };

@@ -1,5 +1,7 @@
 //! What is measured of many verdicts.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use crate::{class, measurement::Measurement};
@@ -10,8 +12,11 @@ use crate::{class, measurement::Measurement};
 pub enum Measure {
     /// Share whose joint is right among the eight types, percent.
     Types,
-    /// Share whose joint is right among the four classes, percent.
+    /// Share whose joint is right among the four classes, percent: the mean of the shares of every class, so that the
+    /// many joints of the class `other` count no more than those of another class.
     Classes,
+    /// Share of all verdicts whose joint is right among the four classes, percent.
+    Classified,
     /// Root mean square angle between the fitted and the true revolute axis, degrees.
     Angle,
     /// Root mean square distance of the true revolute axis from the fitted one, at the moving body, millimetres.
@@ -55,6 +60,7 @@ impl Measure {
         match self {
             Self::Types => "types [%]",
             Self::Classes => "classes [%]",
+            Self::Classified => "classified [%]",
             Self::Angle => "angle [deg]",
             Self::Distance => "distance [mm]",
             Self::MedianAngle => "median angle [deg]",
@@ -74,7 +80,7 @@ impl Measure {
     /// Decimals that are worth reading.
     pub fn decimals(self) -> usize {
         match self {
-            Self::Types | Self::Classes | Self::Symmetric | Self::PairsRight => 1,
+            Self::Types | Self::Classes | Self::Classified | Self::Symmetric | Self::PairsRight => 1,
             Self::Noise | Self::WorstNoise | Self::ChiSquared => 3,
             _ => 2,
         }
@@ -87,7 +93,8 @@ impl Measure {
         match self {
             Self::Types if !tells_types => None,
             Self::Types => share(all.iter().map(|m| m.found == m.expected)),
-            Self::Classes => share(all.iter().map(|m| class(&m.found) == class(&m.expected))),
+            Self::Classes => balanced(all),
+            Self::Classified => share(all.iter().map(|m| in_right_class(m))),
             Self::Symmetric => share(all.iter().filter_map(|m| m.symmetric)),
             Self::PairsRight => pairs_right(all),
             Self::Angle => over(hinges, angle, root_mean_square),
@@ -123,9 +130,21 @@ fn share(right: impl Iterator<Item = bool>) -> Option<Score> {
     (!right.is_empty()).then(|| Score { value: 100.0 * count as f64 / right.len() as f64, missing: 0 })
 }
 
+fn in_right_class(measurement: &Measurement) -> bool {
+    class(&measurement.found) == class(&measurement.expected)
+}
+
+/// The mean over the classes of the share that is right.
+fn balanced(all: &[&Measurement]) -> Option<Score> {
+    let classes: BTreeSet<&str> = all.iter().map(|m| class(&m.expected)).collect();
+    let of_class = |name: &str| share(all.iter().filter(|m| class(&m.expected) == name).map(|m| in_right_class(m)));
+    let shares: Vec<f64> = classes.into_iter().filter_map(of_class).map(|score| score.value).collect();
+    (!shares.is_empty()).then(|| Score { value: mean(&shares), missing: 0 })
+}
+
 fn pairs_right(all: &[&Measurement]) -> Option<Score> {
-    let right = all.iter().filter(|m| class(&m.found) == class(&m.expected)).count();
-    let seeds: std::collections::BTreeSet<u64> = all.iter().map(|m| m.seed).collect();
+    let right = all.iter().filter(|m| in_right_class(m)).count();
+    let seeds: BTreeSet<u64> = all.iter().map(|m| m.seed).collect();
     (!seeds.is_empty()).then(|| Score { value: right as f64 / seeds.len() as f64, missing: 0 })
 }
 
@@ -211,7 +230,9 @@ pub(crate) mod tests {
             verdict("revolute", "screw"),
         ];
         assert_eq!(value(Measure::Types, &all), Some(25.0));
-        assert_eq!(value(Measure::Classes, &all), Some(75.0));
+        assert_eq!(value(Measure::Classified, &all), Some(75.0));
+        // Of rigid all, of revolute none, of other all.
+        assert_eq!(value(Measure::Classes, &all), Some((200.0 / 3.0 * 1e9_f64).round() / 1e9));
         let all: Vec<&Measurement> = all.iter().collect();
         assert_eq!(Measure::Types.score(&all, &[], false), None, "a rule of four joints is not asked for eight");
         assert_eq!(value(Measure::Classes, &[]), None);

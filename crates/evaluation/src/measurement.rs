@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use jointscope_detection::{DetectionError, Detector, PairDetection};
 use jointscope_models::{Axis, AxisUncertainty};
-use jointscope_motion::Recording;
-use jointscope_scenes::{EXPERIMENTS, SceneOptions, Simulation, simulate};
+use jointscope_motion::{Body, Observation, Pose, Recording};
+use jointscope_scenes::{EXPERIMENTS, SceneError, SceneOptions, Simulation, TrueAxis, simulate};
+use nalgebra::{Point3, Vector3};
 
 use crate::{
     AxisError, Column, Condition, EvaluationError, Procedure,
@@ -48,9 +49,12 @@ pub(crate) fn measure(
 ) -> Result<Vec<Vec<Measurement>>, EvaluationError> {
     let Condition { scene, .. } = *condition;
     let options = SceneOptions { seed, ..condition.options.clone() };
-    let simulation = simulate(scene, &options).map_err(|error| EvaluationError::Scene { scene, seed, error })?;
+    let simulated = simulate(scene, &options).and_then(|simulation| {
+        Ok(Simulated { tracked_from_true: tracked_from_true(&options, &simulation)?, simulation })
+    });
+    let simulated = simulated.map_err(|error| EvaluationError::Scene { scene, seed, error })?;
     let judge = |column: &Column| {
-        judge(condition, &simulation, &column.detector).map_err(|error| EvaluationError::Detection {
+        judge(condition, &simulated, &column.detector).map_err(|error| EvaluationError::Detection {
             scene,
             seed,
             error,
@@ -59,11 +63,46 @@ pub(crate) fn measure(
     columns.iter().map(judge).collect()
 }
 
+/// A recording with what is true of it.
+struct Simulated {
+    simulation: Simulation,
+    /// Moves the truth about every body into the coordinates in which it is tracked.
+    tracked_from_true: Vec<Pose>,
+}
+
+/// For every body the coordinates that its axes are compared in, from those of the truth.
+///
+/// Bodies seen as points have no coordinates but those of the first frame, as it is seen. Bodies seen as poses have
+/// their tracker's, in which any other program gives its axes; in those of the first frame all axes would be off by the
+/// noise of a single pose.
+fn tracked_from_true(options: &SceneOptions, simulation: &Simulation) -> Result<Vec<Pose>, SceneError> {
+    let bodies = simulation.recording.bodies();
+    if !options.poses {
+        return Ok(vec![Pose::identity(); bodies.len()]);
+    }
+    let exact = SceneOptions {
+        noise: Some(0.0),
+        rotation_noise: Some(0.0),
+        outlier_samples: None,
+        dropout: None,
+        flips: None,
+        filter: None,
+        ..options.clone()
+    };
+    let exact = simulate(&simulation.truth.scene, &exact)?;
+    let first = |body: &Body| match body.observation() {
+        Observation::Poses(poses) => poses.iter().flatten().next().copied().unwrap_or_default(),
+        _ => Pose::identity(),
+    };
+    Ok(bodies.iter().zip(exact.recording.bodies()).map(|(seen, exact)| first(seen) * first(exact).inverse()).collect())
+}
+
 fn judge(
     condition: &Condition,
-    simulation: &Simulation,
+    simulated: &Simulated,
     detector: &Detector,
 ) -> Result<Vec<Measurement>, DetectionError> {
+    let Simulated { simulation, .. } = simulated;
     let experiment = match condition.procedure {
         Procedure::Experiment => EXPERIMENTS.iter().find(|experiment| experiment.scene == condition.scene),
         Procedure::Pair | Procedure::Exchange => None,
@@ -79,15 +118,18 @@ fn judge(
         (Procedure::Exchange, [pair]) => Some(symmetric(pair, &simulation.recording, detector)?),
         _ => None,
     };
-    let measured = detection.pairs.iter().filter_map(|pair| measured(simulation, condition.scene, pair));
+    let measured = detection.pairs.iter().filter_map(|pair| measured(simulated, condition.scene, pair));
     Ok(measured.map(|measurement| Measurement { symmetric, seconds, ..measurement }).collect())
 }
 
-fn measured(simulation: &Simulation, scene: &'static str, pair: &PairDetection) -> Option<Measurement> {
+fn measured(simulated: &Simulated, scene: &'static str, pair: &PairDetection) -> Option<Measurement> {
+    let Simulated { simulation, tracked_from_true } = simulated;
     let truth = simulation.truth.pair(&pair.reference, &pair.moving)?;
     let revolute = pair.models.get("revolute").and_then(|fit| fit.as_ref().ok());
     let revolute = revolute.filter(|_| truth.joint == "revolute");
-    let axis = revolute.and_then(|fit| AxisError::between(fit.joint.axis.as_ref()?, truth.axis.as_ref()?));
+    let reference = simulation.truth.bodies.iter().position(|body| body.name == pair.reference)?;
+    let true_axis = truth.axis.as_ref().map(|axis| seen_from(axis, &tracked_from_true[reference]));
+    let axis = revolute.and_then(|fit| AxisError::between(fit.joint.axis.as_ref()?, true_axis.as_ref()?));
     let true_noise = simulation.truth.bodies.iter().find(|body| body.name == pair.moving).map(|body| body.noise);
     let ratio = |noise: f64| Some(pair.noise_moving.position? / noise);
     let of_true_joint = pair.models.get(&truth.joint).and_then(|fit| fit.as_ref().ok());
@@ -105,6 +147,12 @@ fn measured(simulation: &Simulation, scene: &'static str, pair: &PairDetection) 
         symmetric: None,
         seconds: 0.0,
     })
+}
+
+fn seen_from(axis: &TrueAxis, target_from_source: &Pose) -> TrueAxis {
+    let turned = |direction: [f64; 3]| (target_from_source.rotation * Vector3::from(direction)).into();
+    let point = (target_from_source * Point3::from(axis.point)).coords.into();
+    TrueAxis { point, direction: axis.direction.map(turned), ..*axis }
 }
 
 /// Whether the joint is the same with the bodies asked for in the other order, and with exchanged bodies.
@@ -143,7 +191,8 @@ fn same_axis(joint: &str, one: Option<&Axis>, other: Option<&Axis>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
+    use jointscope_detection::Configuration;
+    use jointscope_models::Catalog;
 
     use super::*;
     use crate::evaluation::tests::thesis;
@@ -193,6 +242,35 @@ mod tests {
         let exact = SceneOptions { noise: Some(0.0), sweep_deg: Some(120.0), ..SceneOptions::default() };
         let measurement = judged_in_all_orders(&exact);
         assert_eq!((measurement.symmetric, measurement.noise_ratio), (Some(true), None));
+    }
+
+    #[test]
+    fn axes_of_tracked_poses_are_compared_in_the_coordinates_that_are_tracked() {
+        let tracked = SceneOptions { poses: true, sweep_deg: Some(90.0), frames: Some(60), ..SceneOptions::default() };
+        let noisy_start = SceneOptions { noise: Some(0.02), rotation_noise: Some(0.2), seed: 4, ..tracked };
+        let mut simulation = simulate("revolute", &noisy_start).expect("a scene");
+        let tracked_from_true = tracked_from_true(&noisy_start, &simulation).expect("a scene");
+        // Only the first pose is as noisy as that.
+        let calm = SceneOptions { noise: Some(0.0), rotation_noise: Some(0.0), ..noisy_start };
+        let exact = simulate("revolute", &calm).expect("a scene").recording.into_parts();
+        let bodies = exact.2.iter().zip(simulation.recording.bodies()).map(|(exact, noisy)| {
+            let (Observation::Poses(exact_poses), Observation::Poses(noisy)) =
+                (exact.observation(), noisy.observation())
+            else {
+                panic!("poses")
+            };
+            let poses = noisy[..1].iter().chain(&exact_poses[1..]).copied().collect();
+            Body::from_poses(exact.name(), poses).expect("a body")
+        });
+        simulation.recording = Recording::new(exact.0, exact.1, bodies.collect()).expect("a recording");
+        let simulated = Simulated { simulation, tracked_from_true };
+        let found = simulated.tracked_from_true[0].rotation.angle();
+        assert!(found > 0.1, "the first pose is off by {found} rad");
+        let default = Column::new("", Configuration::parse("", &Catalog::linked().expect("names")).expect("valid"));
+        let condition = Condition::new("revolute", calm);
+        let judged = judge(&condition, &simulated, &default.detector).expect("two bodies");
+        let axis = judged[0].axis.expect("an axis");
+        assert!(axis.angle < 0.05 && axis.distance < 0.02, "{axis:?}");
     }
 
     #[test]

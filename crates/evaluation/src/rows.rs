@@ -229,7 +229,7 @@ fn calibration() -> Row {
     let conditions: Vec<Condition> =
         CALIBRATED.iter().flat_map(|row| row().cells).flat_map(|cell| cell.conditions).collect();
     let cell = |(name, selection): (&str, Selection)| {
-        let cell = Cell::of(name, conditions.clone()).by(&[Measure::Types, Measure::Classes]);
+        let cell = Cell::of(name, conditions.clone()).by(&[Measure::Types, Measure::Classified]);
         Cell { selection, ..cell }
     };
     let mut cells = [
@@ -251,10 +251,11 @@ fn calibration() -> Row {
 
 fn experiments() -> Row {
     let condition = |experiment: &jointscope_scenes::Experiment| Condition::new(experiment.scene, given());
-    let cell = Cell::of("28 pairs", EXPERIMENTS.iter().map(condition).collect())
-        .following(Procedure::Experiment)
-        .goal(Measure::PairsRight, AtLeast(27.0), AtLeast(28.0))
-        .by(&[Measure::Classes]);
+    let cell = Cell::of("28 pairs", EXPERIMENTS.iter().map(condition).collect()).following(Procedure::Experiment).goal(
+        Measure::PairsRight,
+        AtLeast(27.0),
+        AtLeast(28.0),
+    );
     Row::new("A17", "the thesis's ten experiments, simulated", vec![cell])
 }
 
