@@ -58,8 +58,13 @@ fn text_and_page_hold_the_same_tables() {
     for line in text.lines().filter(|line| line.starts_with('|')) {
         assert!(page.contains(line), "{line}");
     }
-    let command = "jointscope evaluate A2 --seeds 2 --first-seed 1 --no-times";
-    assert!(page.starts_with("# Accuracy\n") && page.contains(command) && page.contains("](accuracy.svg)"), "{page}");
+    assert!(page.starts_with("# Accuracy\n") && page.contains("](accuracy.svg)"), "{page}");
+    for command in [
+        "jointscope evaluate A2 --seeds 2 --first-seed 1 --no-times --format markdown > accuracy.md",
+        "jointscope evaluate --seeds 2 --first-seed 1 --format svg > accuracy.svg",
+    ] {
+        assert!(page.contains(command), "{page}");
+    }
 }
 
 #[test]

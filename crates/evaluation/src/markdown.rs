@@ -7,15 +7,16 @@ use crate::{
     text::{seeds, standings, tables},
 };
 
-/// The evaluation as the page `docs/accuracy.md`, made by `command`; the picture beside it is `accuracy.svg`.
-pub fn to_markdown(evaluation: &Evaluation, command: &str) -> String {
+/// The evaluation as the page `docs/accuracy.md`, with the commands that make it and the picture beside it,
+/// `accuracy.svg`.
+pub fn to_markdown(evaluation: &Evaluation, page_command: &str, picture_command: &str) -> String {
     let mut page = format!(
         "# Accuracy\n\n\
          Measured on simulated scenes, {}, by\n\n\
-         ```sh\n{command} --format markdown\n{command} --format svg\n```\n\n\
+         ```sh\n{page_command} > accuracy.md\n{picture_command} > accuracy.svg\n```\n\n\
          ![Share of right joints against noise](accuracy.svg)\n\n\
-         The nominal scene: two bodies that both move, 20 features each on 15 cm bodies, 15 cm from the axis, 50 \
-         frames, a sweep of 45 degrees or 118 mm, noise of 3 mm per coordinate. Every condition says what differs.\n\n\
+         The nominal scene: two bodies that both move, 20 features each in cubes of 15 cm, those of \
+         the base about the joint and those of the part 15 cm from its axis, 50 frames, a sweep of 45 degrees or 118 mm, noise of 3 mm per coordinate. Every condition says what differs.\n\n\
          * *types*: right among rigid, prismatic, revolute, screw, cylindrical, planar, spherical and disconnected.\n\
          * *classes*: right among rigid, prismatic, revolute and other; the mean over the classes, so that always \
          answering with one of them is right in 25 %. *classified*: the same over all verdicts alike.\n\

@@ -16,7 +16,7 @@ const NOISES: [f64; 6] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
 const SWEEPS: [f64; 4] = [10.0, 20.0, 45.0, 90.0];
 
 /// Pixels.
-const SIZE: (u32, u32) = (900, 700);
+const SIZE: (u32, u32) = (900, 720);
 /// Height of title and legend, pixels.
 const HEAD: u32 = 84;
 const FONT: &str = "sans-serif";
@@ -67,18 +67,18 @@ fn draw(area: &Area<'_>, evaluation: &Evaluation, row: &RowResult) -> Drawing {
 }
 
 fn legend(head: &Area<'_>, columns: &[String]) -> Drawing {
-    let title = (FONT, 20).into_font().color(&BLACK);
-    head.draw_text("Right among rigid, prismatic, revolute and other; joints of eight types", &title, (18, 14))?;
+    let title = (FONT, 24).into_font().color(&BLACK);
+    head.draw_text("Joints found right, in four classes: rigid, prismatic, revolute, other", &title, (18, 12))?;
     let left = Pos::new(HPos::Left, VPos::Center);
     let mut x = 18;
     for (index, name) in columns.iter().enumerate() {
         let colour = COLOURS[index % COLOURS.len()];
         head.draw(&PathElement::new([(x, 60), (x + 34, 60)], colour.stroke_width(3)))?;
         head.draw(&Circle::new((x + 17, 60), 5, colour.filled()))?;
-        let label = (FONT, 18).into_font().color(&BLACK).pos(left);
+        let label = (FONT, 21).into_font().color(&BLACK).pos(left);
         head.draw_text(name, &label, (x + 44, 60))?;
         // Letters are about half as wide as high.
-        x += 80 + 9 * i32::try_from(name.chars().count()).unwrap_or(0);
+        x += 80 + 10 * i32::try_from(name.chars().count()).unwrap_or(0);
     }
     Ok(())
 }
@@ -90,9 +90,9 @@ fn draw_panel(panel: &Area<'_>, sweep: f64, lines: &[Vec<(f64, f64)>]) -> Drawin
     let mut chart = ChartBuilder::on(panel)
         .margin(10)
         .margin_right(18)
-        .caption(format!("sweep of {sweep} degrees"), (FONT, 18))
-        .x_label_area_size(46)
-        .y_label_area_size(58)
+        .caption(format!("sweep of {sweep} degrees"), (FONT, 21))
+        .x_label_area_size(52)
+        .y_label_area_size(66)
         .build_cartesian_2d(noises, 0.0..TOP)?;
     chart
         .configure_mesh()
@@ -103,8 +103,8 @@ fn draw_panel(panel: &Area<'_>, sweep: f64, lines: &[Vec<(f64, f64)>]) -> Drawin
         .y_label_formatter(&|share: &f64| share.to_string())
         .x_desc("noise of a coordinate [mm]")
         .y_desc("right [%]")
-        .label_style((FONT, 15))
-        .axis_desc_style((FONT, 16))
+        .label_style((FONT, 18))
+        .axis_desc_style((FONT, 19))
         .draw()?;
     // The first column is drawn last, on top.
     for (index, line) in lines.iter().enumerate().rev() {

@@ -99,7 +99,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::print(&match arguments.format {
         Printed::Text => to_text(&evaluation),
         Printed::Json => to_json(&evaluation),
-        Printed::Markdown => to_markdown(&evaluation, &command(arguments)),
+        Printed::Markdown => to_markdown(&evaluation, &command(arguments, "markdown"), &command(arguments, "svg")),
         Printed::Svg => to_svg(&evaluation).map_err(Failure::data)?,
     })
 }
@@ -157,13 +157,15 @@ fn column(name: &str, file: &Path, text: &str) -> Result<Column, Failure> {
     Ok(Column::new(name, configuration))
 }
 
-/// The command that makes this evaluation again, but for the format.
-fn command(arguments: &Arguments) -> String {
+/// The command that gives this evaluation in a format; the picture has no rows and no times.
+fn command(arguments: &Arguments, format: &str) -> String {
+    let page = format != "svg";
     let mut words = vec!["jointscope evaluate".to_owned()];
-    words.extend(arguments.rows.iter().cloned());
+    words.extend(arguments.rows.iter().filter(|_| page).cloned());
     words.push(format!("--seeds {} --first-seed {}", arguments.seeds, arguments.first_seed));
     words.extend(arguments.config.iter().map(|file| format!("--config {}", file.display())));
-    words.extend(arguments.no_times.then(|| "--no-times".to_owned()));
+    words.extend((page && arguments.no_times).then(|| "--no-times".to_owned()));
+    words.push(format!("--format {format}"));
     words.join(" ")
 }
 
