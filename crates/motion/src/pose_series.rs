@@ -159,22 +159,19 @@ impl PoseSeries {
             })
             .fold(0.0, f64::max);
         let square = features.iter().map(Vector3::norm_squared).sum::<f64>() / features.len().max(1) as f64;
-        let noises: Vec<f64> = self
-            .noise
-            .iter()
-            .zip(&self.poses)
-            .map(|(noise, pose)| {
-                if of_reference {
-                    let back = pose.inverse() * Point3::from(centre);
-                    carried(noise, &-back.coords).fixed_view::<3, 3>(3, 3).trace() / 3.0
-                } else {
-                    noise.fixed_view::<3, 3>(3, 3).trace() / 3.0
-                }
-            })
-            .collect();
-        let shift_noise = median(noises).sqrt();
+        let shift_noise = self.shift_noise_at(&centre, of_reference);
         let shift_play = (play.travel * travel + play.size * size + play.distance).hypot(play.drift * drift * shift_noise);
         End { centre, travel, radius: square.sqrt(), shift_noise, shift_play }
+    }
+
+    /// Noise of the position of a body's centre as seen from the other body, metres per coordinate.
+    fn shift_noise_at(&self, centre: &Vector3<f64>, of_reference: bool) -> f64 {
+        let of_pose = |(noise, pose): (&Matrix6<f64>, &Pose)| {
+            let lever =
+                if of_reference { (pose.inverse() * Point3::from(*centre)).coords } else { Vector3::zeros() };
+            carried(noise, &-lever).fixed_view::<3, 3>(3, 3).trace() / 3.0
+        };
+        median(self.noise.iter().zip(&self.poses).map(of_pose).collect()).sqrt()
     }
 
     /// Frames of the recording, increasing.
@@ -307,6 +304,9 @@ impl PoseSeries {
             merged.poses.push(mean.pose);
             merged.noise.push(mean.covariance);
             merged.merged_cost += mean.cost;
+        }
+        for number in 0..merged.ends.len() {
+            merged.ends[number].shift_noise = merged.shift_noise_at(&self.ends[number].centre, number > 0);
         }
         Some(merged)
     }

@@ -111,7 +111,7 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
         prior_cost: 0.0,
         mobility,
         freedom: freedom(mobility, series),
-        observations: (6 * series.observed().min(INDEPENDENT_FRAMES)) as f64,
+        observations: (6 * count.min(INDEPENDENT_FRAMES)) as f64,
         correlation_time: series.correlation_time(),
         departure: None,
     };
@@ -304,14 +304,24 @@ fn departure(
         let drift = play.drift * (series.correlation_time() - 1.0) / (series.correlation_time() + 1.0);
         let turn_play = wrong_turn.unwrap_or(own.hypot(drift * turn_noise));
         found.squared += share * (square / end.shift_play.powi(2) + turn_square / turn_play.powi(2));
-        let ratio = (end.shift_play / noise).powi(2).max((turn_play / turn_noise).powi(2));
-        found.per_noise += share * frames * ratio;
+        // What noise alone would charge for the misfit, part by part, by what play would.
+        let by_noise = [over_chance(&turns, turn_noise, held_turns), over_chance(&shifts, noise, held_slides)];
+        let ratios = [(turn_play / turn_noise).powi(2), (end.shift_play / noise).powi(2)];
+        let by_play: f64 = by_noise.iter().zip(ratios).map(|(cost, ratio)| cost / ratio.max(f64::MIN_POSITIVE)).sum();
+        found.per_noise += share * frames * by_noise.iter().sum::<f64>() / by_play.max(f64::MIN_POSITIVE);
         if number == 0 {
             found.misfit.0 = square.sqrt();
         }
     }
     found.per_noise /= series.correlation_time();
     found
+}
+
+/// Sum of squares in units of the noise beyond its expectation, never below what chance may hide.
+fn over_chance(lengths: &[f64], noise: f64, held: f64) -> f64 {
+    let count = lengths.len() as f64;
+    let sum: f64 = lengths.iter().map(|length| (length / noise).powi(2).min(WRONG)).sum();
+    (sum - held * count).max(0.5 * (2.0 * 3.0 * count).sqrt())
 }
 
 /// How far a body's centre is from where the fit puts it, per frame, metres.

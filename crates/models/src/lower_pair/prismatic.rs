@@ -31,7 +31,7 @@ pub struct Prismatic {
 
 impl Default for Prismatic {
     fn default() -> Self {
-        Self { bend: 3.0, bend_of_path: 8.0 }
+        Self { bend: 2.0, bend_of_path: 8.0 }
     }
 }
 
