@@ -12,6 +12,7 @@ use jointscope_evaluation::{
     Column, Plan, Row, evaluate, list, picture, row, rows, to_json, to_markdown, to_svg, to_text,
 };
 use jointscope_models::settings;
+use jointscope_report::printable;
 
 use super::catalog;
 use crate::{failure::Failure, output};
@@ -154,7 +155,8 @@ fn stem(file: &Path) -> String {
 fn column(name: &str, file: &Path, text: &str) -> Result<Column, Failure> {
     let configuration =
         Configuration::parse(text, &catalog()?).map_err(|error| Failure::configuration(file, text, error))?;
-    Ok(Column::new(name, configuration))
+    // Names stand in tables, where a bar would end a cell.
+    Ok(Column::new(printable(name).replace('|', "/"), configuration))
 }
 
 /// The command that gives this evaluation in a format; the picture has no rows and no times.
