@@ -265,13 +265,15 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_configuration_means_the_thesis_models() {
+    fn an_empty_configuration_means_all_lower_pairs_by_likelihood() {
         let configuration = parse("").expect("valid");
         let names: Vec<_> = configuration.models.iter().map(|m| (m.name.as_str(), m.kind.as_str())).collect();
-        assert_eq!(
-            names,
-            [("prismatic", "thesis-prismatic"), ("revolute", "thesis-revolute"), ("rigid", "thesis-rigid")]
-        );
+        let own = ["cylindrical", "planar", "prismatic", "revolute", "rigid", "screw", "spherical"].map(|name| (name, name));
+        let mut expected = [own.as_slice(), &[("disconnected", "free")]].concat();
+        expected.sort_unstable();
+        assert_eq!(names, expected);
+        assert!(configuration.models.iter().all(|named| named.model.states_evidence()));
+        assert!(matches!(configuration.rule, Rule::Likelihood(_)));
         assert_eq!(configuration.motion, MotionSettings::default());
     }
 
@@ -312,9 +314,9 @@ mod tests {
             ("[models]\nrigid = 1", "the model `rigid` must be a table of its settings", "1"),
             ("[models.p]\nkind = 'thesis-prismatic'\nsections = 0", "`sections`: 0 is out of range", "0"),
             (
-                "[scoring]\norder = ['rigid', 'screw']",
-                "the cascade's order names `screw`, which is not among the models",
-                "['rigid', 'screw']",
+                "[scoring]\nrule = 'cascade'\norder = ['rigid', 'hinge']",
+                "the cascade's order names `hinge`, which is not among the models",
+                "['rigid', 'hinge']",
             ),
             ("[scoring]\nrule = 'likelihod'", "`rule`: unknown value `likelihod`", "'likelihod'"),
             ("[recording]\npath = 'a'\nscene = 'b'", "a recording is either a `path` or a `scene`, not both", "'b'"),
@@ -334,7 +336,7 @@ mod tests {
     #[test]
     fn a_catalog_without_the_default_models_is_refused_without_a_place() {
         let error = Configuration::parse("", &Catalog::of([]).expect("no names")).expect_err("refused");
-        assert_eq!((error.message.as_str(), error.span), ("unknown joint model `thesis-prismatic`", 0..0));
+        assert_eq!((error.message.as_str(), error.span), ("unknown joint model `cylindrical`", 0..0));
     }
 
     #[test]

@@ -183,7 +183,7 @@ fn texts_that_point_beside_letters_of_several_bytes_are_refused_with_a_place() {
         "é = 1",
         "[models.\"é\"]\nkind = 'é'",
         "[models.rigid]\nkind = 'thesis-rigid'\n# é",
-        "[scoring]\norder = ['é']",
+        "[scoring]\nrule = 'cascade'\norder = ['é']",
         "[recording]\npath = 'é'\nscene = 'é'",
         "[motion]\nregistration = 'é",
         "\u{feff}é",

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
 use crate::line::{Line, is_line};
-use crate::noise::{Residuals, Spread, lag_one};
+use crate::noise::{Residuals, Spread, Trust, lag_one};
 use crate::poses::{Shape, chained, chained_from_the_best, first, settle, spread};
 use crate::robust::{Registered, register_robustly};
 use crate::uncertainty::{of_registered, of_tracked};
@@ -195,15 +195,21 @@ impl<'r> BodyMotion<'r> {
 
     fn of_poses(name: &'r str, tracked: &[Option<Pose>], settings: &MotionSettings) -> Self {
         let start = tracked.iter().flatten().next().copied().unwrap_or_default();
-        let position = match settings.noise {
-            NoiseSetting::Known(sigma) => Some(sigma),
-            NoiseSetting::Estimate => noise::of_positions(tracked),
-        };
-        let rotation = noise::of_rotations(tracked);
         let from_start = |poses: &[Option<Pose>]| -> Vec<Option<Pose>> {
             poses.iter().map(|pose| Some(pose.as_ref()? * start.inverse())).collect()
         };
-        let (cleaned, replaced) = without_jumps(tracked, position.unwrap_or(0.0), rotation.unwrap_or(0.0));
+        let quiet = [noise::of_positions(tracked, Trust::Quiet), noise::of_rotations(tracked, Trust::Quiet)];
+        let [position, rotation] = quiet.map(Option::unwrap_or_default);
+        let (cleaned, replaced) = without_jumps(tracked, position, rotation);
+        // Noise is that of what is left; where jumps leave gaps everywhere, that of all.
+        let estimate = |of: fn(&[Option<Pose>], Trust) -> Option<f64>| {
+            of(&cleaned, Trust::Most).or_else(|| of(tracked, Trust::Most))
+        };
+        let position = match settings.noise {
+            NoiseSetting::Known(sigma) => Some(sigma),
+            NoiseSetting::Estimate => estimate(noise::of_positions),
+        };
+        let rotation = estimate(noise::of_rotations);
         let tracks = Cow::Owned(virtual_features(tracked, settings.pose_radius));
         Self {
             poses: from_start(tracked),
@@ -523,10 +529,31 @@ mod tests {
         positions[8 * 17 + 5].z += 5.0;
         let tracks = Tracks::new(8, positions).expect("full");
         let wild = Body::from_points("wild", labels.clone(), tracks).expect("seen");
-        let motion = BodyMotion::of(&wild, &MotionSettings::default());
+        let plain = MotionSettings { robust: false, ..MotionSettings::default() };
+        let motion = BodyMotion::of(&wild, &plain);
         let outlier = motion.outlier().expect("found");
         assert_eq!((outlier.frame, outlier.feature, motion.unposed()), (17, 5, None));
         assert!(outlier.distance > 1.0, "{outlier:?}");
+
+        let motion = BodyMotion::of(&wild, &MotionSettings::default());
+        assert_eq!((motion.outlier(), motion.unposed(), motion.wild_samples()), (None, None, 1));
+        assert!(motion.strays().is_empty());
+        assert!(largest_error(&motion) < 1e-9, "what is left out bends no pose: {:e}", largest_error(&motion));
+    }
+
+    #[test]
+    fn features_of_another_body_are_left_out_as_a_whole() {
+        let seen = body(&box_corners(), 30, |_, _| true);
+        let Observation::Points { labels, tracks } = seen.observation() else { panic!("points") };
+        // The last two of eight stay where they were first seen.
+        let place = |(frame, feature): (usize, usize)| tracks.frame(if feature < 6 { frame } else { 0 })[feature];
+        let positions = (0..30).flat_map(|frame| (0..8).map(move |feature| (frame, feature))).map(place);
+        let tracks = Tracks::new(8, positions.collect()).expect("full");
+        let mixed = Body::from_points("mixed", labels.clone(), tracks).expect("seen");
+        let motion = BodyMotion::of(&mixed, &MotionSettings::default());
+        assert_eq!((motion.strays(), motion.wild_samples()), (&[6, 7][..], 0));
+        assert!(largest_error(&motion) < 1e-9, "{:e}", largest_error(&motion));
+        assert!(motion.noise().position.expect("estimated") < 1e-9);
     }
 
     #[test]

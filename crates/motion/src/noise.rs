@@ -29,6 +29,11 @@ const THIRD_DIFFERENCE: f64 = 20.0;
 /// Median absolute value of a standard normal variable.
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
+/// Share of the third differences that is quiet even where samples are wild, and the quantile of the absolute value of
+/// a standard normal variable at that share.
+const QUIET_SHARE: f64 = 0.2;
+const NORMAL_QUIET: f64 = 0.253_347_103_135_799_8;
+
 /// What the residuals of a registration to a shape tell.
 pub(crate) struct Residuals {
     /// Standard deviation of one coordinate, metres; `None` where nothing is left to tell noise by.
@@ -108,9 +113,15 @@ pub(crate) fn lag_one(
     if squares > 0.0 { 2.0 * product / squares } else { 0.0 }
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+fn median(values: Vec<f64>) -> Option<f64> {
+    quantile(values, 0.5)
+}
+
+/// The value below which a share of all lies.
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the length")]
+    let at = (share * values.len() as f64) as usize;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(at, f64::total_cmp).1)
 }
 
 /// The posed frames that are observations of their own: an exact repetition of the frame before says nothing new.
@@ -131,23 +142,37 @@ pub(crate) fn of_single_points(tracks: &Tracks) -> Option<f64> {
 }
 
 /// Noise of tracked positions, metres.
-pub(crate) fn of_positions(poses: &[Option<Pose>]) -> Option<f64> {
-    of_series(&poses.iter().map(|pose| pose.map(|pose| pose.translation.vector)).collect::<Vec<_>>())
+pub(crate) fn of_positions(poses: &[Option<Pose>], trust: Trust) -> Option<f64> {
+    let series: Vec<_> = poses.iter().map(|pose| pose.map(|pose| pose.translation.vector)).collect();
+    robust_sigma(&series, position_difference, 4, trust)
+}
+
+/// How much of a series can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Trust {
+    /// More than half of the third differences are free of wild samples: the median tells noise.
+    Most,
+    /// A fifth of the samples may be wild, and so more than half of the third differences: only the quiet ones tell.
+    Quiet,
+}
+
+fn position_difference(w: &[Vector3<f64>]) -> Vector3<f64> {
+    w[3] - 3.0 * (w[2] - w[1]) - w[0]
 }
 
 /// Noise of tracked rotations, radians per coordinate of the rotation vector.
-pub(crate) fn of_rotations(poses: &[Option<Pose>]) -> Option<f64> {
+pub(crate) fn of_rotations(poses: &[Option<Pose>], trust: Trust) -> Option<f64> {
     // Rotations relative to the previous frame are small, and are first differences already.
     let steps = poses.windows(2).map(|pair| Some((pair[0]?.rotation.inverse() * pair[1]?.rotation).scaled_axis()));
-    robust_sigma(&steps.collect::<Vec<_>>(), |w: &[Vector3<f64>]| w[2] - 2.0 * w[1] + w[0], 3)
+    robust_sigma(&steps.collect::<Vec<_>>(), |w: &[Vector3<f64>]| w[2] - 2.0 * w[1] + w[0], 3, trust)
 }
 
 /// Standard deviation of white noise on a smooth series: the median of its third differences.
 fn of_series(series: &[Option<Vector3<f64>>]) -> Option<f64> {
-    robust_sigma(series, |w: &[Vector3<f64>]| w[3] - 3.0 * (w[2] - w[1]) - w[0], 4)
+    robust_sigma(series, position_difference, 4, Trust::Most)
 }
 
-fn robust_sigma<F>(series: &[Option<Vector3<f64>>], third_difference: F, window: usize) -> Option<f64>
+fn robust_sigma<F>(series: &[Option<Vector3<f64>>], third_difference: F, window: usize, trust: Trust) -> Option<f64>
 where
     F: Fn(&[Vector3<f64>]) -> Vector3<f64>,
 {
@@ -158,5 +183,9 @@ where
         .filter(|w| w.windows(2).all(|pair| pair[0] != pair[1]) || w.iter().all(|x| *x == w[0]))
         .flat_map(|w| third_difference(&w).abs().data.0[0])
         .collect();
-    Some(median(sizes)? / NORMAL_MEDIAN / THIRD_DIFFERENCE.sqrt())
+    let normal = match trust {
+        Trust::Most => median(sizes)? / NORMAL_MEDIAN,
+        Trust::Quiet => quantile(sizes, QUIET_SHARE)? / NORMAL_QUIET,
+    };
+    Some(normal / THIRD_DIFFERENCE.sqrt())
 }

@@ -15,6 +15,14 @@ const SOFT_ROUNDS: usize = 15;
 const ROUNDS: usize = 24;
 /// Factor by which the control parameter of graduated non-convexity falls in a round.
 const SHARPENING: f64 = 1.8;
+/// Control parameter with which rounds begin that start from a consensus.
+const BEGUN_WELL: f64 = 4.0;
+/// Triples of features tried for a frame, rounds of that, and the share of a frame's features that must agree.
+const TRIPLES: usize = 80;
+const CONSENSUS_ROUNDS: usize = 2;
+const AGREEING: f64 = 0.45;
+/// Samples of a frame that are too few to tell which of them are wild.
+const FEW_SAMPLES: usize = 5;
 /// Scale of the Geman-McClure weights, in standard deviations of a coordinate.
 const SCALE: f64 = 3.0;
 /// Distance in standard deviations of a coordinate beyond which a sample is wild: one in ten thousand Gaussian ones is.
@@ -69,11 +77,20 @@ pub(crate) fn register_robustly(tracks: &Tracks) -> Result<Registered, Registrat
     let mut state = State::new(tracks);
     state.plainly()?;
     if !state.is_clean() {
-        state.graduated();
+        let mut other = state.clone();
+        state.graduated(None);
+        if other.by_consensus() {
+            other.graduated(Some(BEGUN_WELL));
+            // Of two ways to tell right from wrong, the one whose samples agree better.
+            if other.disagreement() < state.disagreement() {
+                state = other;
+            }
+        }
     }
     Ok(state.finish())
 }
 
+#[derive(Clone)]
 struct State<'t> {
     tracks: &'t Tracks,
     poses: Vec<Option<Pose>>,
@@ -226,10 +243,130 @@ impl<'t> State<'t> {
         worst <= WILD * WILD * sum / freedom as f64 && median >= (MEDIAN_SHARE - MEDIAN_TOLERANCE) * rms
     }
 
-    fn graduated(&mut self) {
+    /// Starts anew from what most samples agree on: every frame is registered to the best seen one by the triple of
+    /// features that brings most others together, and the shape is the median of what results. A third of the samples
+    /// may be wild; least squares is then nowhere near. Says whether every frame that had a pose has one still.
+    fn by_consensus(&mut self) -> bool {
+        let tracks = self.tracks;
+        let Some(best) = (0..tracks.frames()).max_by_key(|&t| (tracks.seen_count(t), std::cmp::Reverse(t))) else {
+            return false;
+        };
+        let posed = self.poses.iter().flatten().count();
+        self.shape = (0..tracks.features()).map(|feature| tracks.get(best, feature).copied()).collect();
+        for _ in 0..CONSENSUS_ROUNDS {
+            for frame in 0..tracks.frames() {
+                self.poses[frame] = self.consensus(frame);
+            }
+            let features = self.shape.len();
+            for feature in 0..features {
+                let places: Vec<Vector3<f64>> = (0..tracks.frames())
+                    .filter_map(|frame| {
+                        Some(self.poses[frame]?.inverse_transform_point(tracks.get(frame, feature)?).coords)
+                    })
+                    .collect();
+                if !places.is_empty() {
+                    self.shape[feature] = Some(Point3::from(Vector3::from_fn(|axis, _| {
+                        let mut column: Vec<f64> = places.iter().map(|place| place[axis]).collect();
+                        let middle = column.len() / 2;
+                        *column.select_nth_unstable_by(middle, f64::total_cmp).1
+                    })));
+                }
+            }
+        }
+        self.poses.iter().flatten().count() >= posed
+    }
+
+    /// Tries the consensus on frames whose samples agree with their pose no more than by chance.
+    fn retry(&mut self) {
         let features = self.shape.len();
-        let mut control: Option<f64> = None;
+        self.measure();
+        let Some(median) = self.median(None) else { return };
+        let limit = WILD * median / MEDIAN_LENGTH;
+        for frame in 0..self.poses.len() {
+            let seen = self.tracks.seen_count(frame);
+            if seen <= FEW_SAMPLES {
+                continue;
+            }
+            let agree = |pose: &Pose| {
+                let close = |(feature, position): &(usize, &Point3<f64>)| {
+                    !self.strays[*feature]
+                        && self.shape[*feature].is_some_and(|place| (*position - pose * place).norm() < limit)
+                };
+                self.tracks.seen(frame).filter(close).count()
+            };
+            let now = self.poses[frame].as_ref().map_or(0, agree);
+            if 5 * now >= 3 * seen {
+                continue;
+            }
+            if let Some(pose) = self.consensus(frame)
+                && agree(&pose) > now
+            {
+                for (feature, position) in self.tracks.seen(frame) {
+                    let place = self.shape[feature];
+                    let near = place.is_some_and(|place| (position - pose * place).norm() < limit);
+                    self.weights[frame * features + feature] = f64::from(u8::from(near && !self.strays[feature]));
+                }
+                self.poses[frame] = Some(pose);
+            }
+        }
+    }
+
+    /// The pose of a frame under which the nearest [`AGREEING`] share of its features is nearest to the shape.
+    fn consensus(&self, frame: usize) -> Option<Pose> {
+        let pairs: Vec<(&Point3<f64>, &Point3<f64>)> =
+            self.tracks.seen(frame).filter_map(|(f, target)| Some((self.shape[f].as_ref()?, target))).collect();
+        let count = pairs.len();
+        if count < 3 {
+            return None;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the count")]
+        let agreeing = ((AGREEING * count as f64).ceil() as usize).clamp(3, count);
+        let mut best: Option<(f64, Pose)> = None;
+        let mut residuals: Vec<(f64, usize)> = Vec::with_capacity(count);
+        let mut measure = |pose: &Pose| {
+            residuals.clear();
+            residuals.extend(pairs.iter().enumerate().map(|(k, (p, q))| ((*q - pose * *p).norm_squared(), k)));
+            residuals.select_nth_unstable_by(agreeing - 1, |a, b| a.0.total_cmp(&b.0));
+            (residuals[agreeing - 1].0, residuals[..agreeing].iter().map(|(_, k)| *k).collect::<Vec<_>>())
+        };
+        let mut state = 0x9E37_79B9_7F4A_7C15_u64 ^ frame as u64;
+        let mut draw = || {
+            // A linear congruential generator: only variety is needed, always the same.
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % count
+        };
+        for _ in 0..TRIPLES {
+            let chosen = [draw(), draw(), draw()];
+            if chosen[0] == chosen[1] || chosen[0] == chosen[2] || chosen[1] == chosen[2] {
+                continue;
+            }
+            let Ok(pose) = register_weighted(chosen.iter().map(|&k| (pairs[k].0, pairs[k].1, 1.0))) else { continue };
+            let (limit, _) = measure(&pose);
+            if best.as_ref().is_none_or(|(least, _)| limit < *least) {
+                best = Some((limit, pose));
+            }
+        }
+        let mut pose = best?.1;
+        for _ in 0..3 {
+            let (_, nearest) = measure(&pose);
+            pose = register_weighted(nearest.iter().map(|&k| (pairs[k].0, pairs[k].1, 1.0))).unwrap_or(pose);
+        }
+        Some(pose)
+    }
+
+    /// Median residual of all samples that can be judged, whether they take part or not.
+    fn disagreement(&mut self) -> f64 {
+        self.measure();
+        self.median(None).unwrap_or(f64::INFINITY)
+    }
+
+    fn graduated(&mut self, control: Option<f64>) {
+        let features = self.shape.len();
+        let mut control = control;
         for round in 0..ROUNDS {
+            if round == SOFT_ROUNDS {
+                self.retry();
+            }
             self.measure();
             let Some(median) = self.median(None) else { return };
             let frames = self.poses.iter().flatten().count().max(1) as f64;
@@ -260,10 +397,12 @@ impl<'t> State<'t> {
                     self.weights[sample] = weight * of_features[feature];
                     counting += usize::from(self.weights[sample] > 0.5);
                 }
-                // A frame that had three samples keeps them, whatever they are.
+                // A frame of few samples keeps them, whatever they are; of many, three at least must agree.
                 if counting < 3 {
+                    let few = self.tracks.seen_count(frame) <= FEW_SAMPLES || round < SOFT_ROUNDS;
                     for (feature, _) in self.tracks.seen(frame) {
-                        self.weights[frame * features + feature] = of_features[feature].max(0.01);
+                        self.weights[frame * features + feature] =
+                            if few { of_features[feature].max(0.01) } else { 0.0 };
                     }
                 }
             }

@@ -15,8 +15,8 @@ const IN_NOISE: f64 = 8.0;
 /// Least departure of a rotation that counts as a flip, radians.
 const LEAST_FLIP: f64 = 0.052;
 /// Largest share of the frames that can be wrong; with more, nobody knows which.
-const MOST_POSITIONS: f64 = 0.25;
-const MOST_ROTATIONS: f64 = 0.25;
+const MOST_POSITIONS: f64 = 0.4;
+const MOST_ROTATIONS: f64 = 0.4;
 
 /// Frames whose position jumps away are dropped; rotations that do are replaced by those of their surroundings, and
 /// marked. The flips of a flat marker seen by one camera are of this kind: the position stays right.

@@ -25,7 +25,7 @@ const EXPLAINED_TURN: f64 = 0.1745;
 /// Orientations of trackers may be slowly wrong by this, radians: 3 degrees where they are weighed, 1 degree where they
 /// are charged, at a price.
 const WRONG_WEIGHT: f64 = 0.0524;
-const WRONG_TURN: f64 = 0.0175;
+const WRONG_TURN: f64 = 0.0122;
 const WRONG_PRICE: f64 = 4.0;
 /// Squared departure beyond which a joint is not the right one.
 const ADEQUATE: f64 = 25.0;
