@@ -266,7 +266,7 @@ impl Detector {
         if series.signal() < FAINT {
             for motion in MERGED_FRAMES.into_iter().filter_map(|frames| motion.merged(frames)) {
                 let (merged_models, merged_verdict) = self.weigh(&motion);
-                if merged_verdict.cost.zip(verdict.cost).is_some_and(|(merged, before)| merged < before) {
+                if likeliest(&merged_models) < likeliest(&models) {
                     (models, verdict) = (merged_models, merged_verdict);
                     note = Some("the motion of single frames drowns in their noise: successive frames were merged".into());
                 }
@@ -287,6 +287,12 @@ impl Detector {
         let verdict = if judged { rule.apply(&findings) } else { rule.ignorance() };
         (models, verdict)
     }
+}
+
+/// The least -2 log likelihood of any model: how well frames, single or merged, tell the motion apart from noise.
+fn likeliest(models: &BTreeMap<String, ModelFinding>) -> f64 {
+    let costs = models.values().filter_map(|found| Some(found.as_ref().ok()?.evidence?.noise_cost()));
+    costs.fold(f64::INFINITY, f64::min)
 }
 
 /// Whether a joint with freedom left explains single poses to a fifth of the scatter that was taken for noise.

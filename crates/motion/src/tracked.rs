@@ -1,6 +1,6 @@
 //! Poses given by a tracker, without its short wrong stretches.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector4};
+use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 
 use crate::Pose;
 
@@ -8,10 +8,12 @@ use crate::Pose;
 const NEIGHBOURS: usize = 7;
 /// Frames below which a neighbourhood says nothing.
 const FEW: usize = 30;
-/// Departure from the neighbourhood, in three-quarter quantiles of all departures and in standard deviations of the
+/// Departure from the neighbourhood, in medians of all departures and in standard deviations of the
 /// noise, from which a frame is wrong.
-const IN_QUANTILES: f64 = 6.0;
+const IN_MEDIANS: f64 = 9.0;
 const IN_NOISE: f64 = 8.0;
+/// The same for rotations, in upper quartiles: flips last for some frames.
+const IN_QUARTILES: f64 = 6.0;
 /// Least departure of a rotation that counts as a flip, radians.
 const LEAST_FLIP: f64 = 0.052;
 /// Largest share of the frames that can be wrong; with more, nobody knows which.
@@ -32,9 +34,9 @@ pub(crate) fn without_jumps(
         return (cleaned, replaced);
     }
     let positions: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
-    let around = medians(&positions);
+    let around = expected(&positions);
     let departures: Vec<f64> = positions.iter().zip(&around).map(|(x, m)| (x - m).norm()).collect();
-    let limit = (IN_QUANTILES * upper_quartile(&departures)).max(IN_NOISE * position_noise);
+    let limit = (IN_MEDIANS * median(&departures)).max(IN_NOISE * position_noise);
     let wrong: Vec<bool> = departures.iter().map(|departure| *departure > limit).collect();
     let mut kept = frames.clone();
     if share(&wrong) < MOST_POSITIONS {
@@ -56,7 +58,7 @@ pub(crate) fn without_jumps(
         around.into_iter().map(|m| UnitQuaternion::from_quaternion(Quaternion::from(m))).collect();
     let departures: Vec<f64> =
         kept.iter().zip(&around).map(|(&frame, m)| poses[frame].map_or(0.0, |p| p.rotation.angle_to(m))).collect();
-    let limit = (IN_QUANTILES * upper_quartile(&departures)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
+    let limit = (IN_QUARTILES * upper_quartile(&departures)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
     let wrong: Vec<bool> = departures.iter().map(|departure| *departure > limit).collect();
     if share(&wrong) <= MOST_ROTATIONS {
         for ((frame, wrong), rotation) in kept.iter().zip(wrong).zip(around) {
@@ -73,24 +75,62 @@ fn share(flags: &[bool]) -> f64 {
     flags.iter().filter(|flag| **flag).count() as f64 / flags.len().max(1) as f64
 }
 
+fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
 fn upper_quartile(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     let at = values.len() * 3 / 4;
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-/// Median of every coordinate over the neighbours in time.
-fn medians<const D: usize>(series: &[nalgebra::SVector<f64, D>]) -> Vec<nalgebra::SVector<f64, D>> {
+/// Median of every coordinate over the neighbours in time, which the flips of a few successive frames do not move.
+fn medians<const D: usize>(series: &[SVector<f64, D>]) -> Vec<SVector<f64, D>> {
     let half = NEIGHBOURS.min((series.len() - 1) / 4);
+    let last = series.len() - 1;
     let mut window = Vec::with_capacity(2 * half + 1);
     (0..series.len())
         .map(|at| {
-            nalgebra::SVector::from_fn(|coordinate, _| {
+            SVector::from_fn(|coordinate, _| {
                 window.clear();
                 // At the ends the last sample stands for those beyond.
-                let last = series.len() - 1;
                 window.extend((0..=2 * half).map(|k| series[(at + k).saturating_sub(half).min(last)][coordinate]));
                 *window.select_nth_unstable_by(half, f64::total_cmp).1
+            })
+        })
+        .collect()
+}
+
+/// Where the neighbours in time say that every sample is: the median, coordinate by coordinate, of the midpoints of
+/// pairs at equal distance before and after, which steady motion leaves unchanged; near the ends, of what pairs on one
+/// side lead to.
+fn expected<const D: usize>(series: &[SVector<f64, D>]) -> Vec<SVector<f64, D>> {
+    let reach = NEIGHBOURS.min((series.len() - 1) / 4).max(1);
+    let mut guesses: Vec<SVector<f64, D>> = Vec::with_capacity(3 * reach);
+    let mut column = Vec::with_capacity(3 * reach);
+    (0..series.len())
+        .map(|at| {
+            guesses.clear();
+            for k in 1..=reach {
+                let (before, after) = (at.checked_sub(k).map(|b| series[b]), series.get(at + k));
+                guesses.extend(before.zip(after).map(|(before, after)| (before + after) / 2.0));
+            }
+            for k in 1..=reach {
+                if guesses.len() >= reach {
+                    break;
+                }
+                let onwards = series.get(at + k).zip(series.get(at + 2 * k)).map(|(near, far)| near * 2.0 - far);
+                let back = at.checked_sub(2 * k).map(|far| series[at - k] * 2.0 - series[far]);
+                guesses.extend(onwards.into_iter().chain(back));
+            }
+            SVector::from_fn(|coordinate, _| {
+                column.clear();
+                column.extend(guesses.iter().map(|guess| guess[coordinate]));
+                let middle = column.len() / 2;
+                *column.select_nth_unstable_by(middle, f64::total_cmp).1
             })
         })
         .collect()

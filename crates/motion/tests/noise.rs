@@ -16,6 +16,15 @@ const SHAPE: f64 = 0.005;
 /// `chained` and `first` are judged after three rounds towards the mean shape, not at it; measured with eight times the
 /// bodies below, χ²/dof is 1 within 0.3 % for them as well.
 const UNSETTLED: f64 = 0.015;
+/// Robust registration leaves out what is beyond 4.5 σ, which one clean sample in some thousands is by chance; of few
+/// frames the scale of that limit is told badly, so that χ²/dof is asked for from twelve on.
+const ROBUST: f64 = 0.01;
+const ROBUST_FRAMES: usize = 12;
+/// Clean bodies looked at, share of their samples that may be left out, ten times the share of Gaussian ones beyond
+/// 4.5 σ, and share of the bodies whose noise may seem to differ between directions by chance.
+const CLEAN_BODIES: usize = 400;
+const LEFT_OUT: f64 = 1e-3;
+const UNEVEN: f64 = 0.05;
 /// Noise from third differences, whose median uses a third of the data's information: share of it.
 const THIRD_DIFFERENCES: f64 = 0.05;
 /// One estimate made twice from the same frames, as a share of it: rounding of sums of squares.
@@ -88,13 +97,15 @@ impl Series {
         (0..self.frames).map(frame).collect()
     }
 
+    /// The samples of one of many bodies.
+    fn body(self, number: usize) -> Vec<Vec<Point3<f64>>> {
+        self.samples((number * 1000 + self.features * 100 + self.frames) as u64)
+    }
+
     /// χ² of the true noise that the estimates of `bodies` state, per degree of freedom, and its standard error.
-    fn chi_squared(self, registration: Registration, bodies: usize) -> (f64, f64) {
+    fn chi_squared(self, settings: &MotionSettings, bodies: usize) -> (f64, f64) {
         let ratios: Vec<f64> = (0..bodies)
-            .map(|number| {
-                let seed = (number * 1000 + self.features * 100 + self.frames) as u64;
-                (estimate(&self.samples(seed), registration).expect("enough samples") / SIGMA).powi(2)
-            })
+            .map(|number| (estimate_by(&self.body(number), settings).expect("enough samples") / SIGMA).powi(2))
             .collect();
         let mean = ratios.iter().sum::<f64>() / bodies as f64;
         let variance = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (bodies as f64 - 1.0);
@@ -109,8 +120,11 @@ fn body(samples: &[Vec<Point3<f64>>]) -> Body {
 }
 
 fn estimate(samples: &[Vec<Point3<f64>>], registration: Registration) -> Option<f64> {
-    let settings = MotionSettings { registration, ..MotionSettings::default() };
-    BodyMotion::of(&body(samples), &settings).noise().position
+    estimate_by(samples, &MotionSettings { registration, ..MotionSettings::default() })
+}
+
+fn estimate_by(samples: &[Vec<Point3<f64>>], settings: &MotionSettings) -> Option<f64> {
+    BodyMotion::of(&body(samples), settings).noise().position
 }
 
 /// From three features, the fewest, to many; from few frames to many; bodies so many that the standard error of their
@@ -127,9 +141,47 @@ const SERIES: [(Series, usize); 6] = [
 #[test]
 fn chi_squared_per_degree_of_freedom_is_one_for_shape_registration() {
     for (series, bodies) in SERIES {
-        let (mean, error) = series.chi_squared(Registration::Shape, bodies);
+        let plain = MotionSettings { robust: false, ..MotionSettings::default() };
+        let (mean, error) = series.chi_squared(&plain, bodies);
         assert!(STANDARD_ERRORS * error <= 1.1 * SHAPE, "too few bodies: {series:?} leaves {error:.5}");
         assert!((mean - 1.0).abs() <= SHAPE, "{series:?}: {mean:.5} ± {error:.5}");
+    }
+}
+
+#[test]
+fn chi_squared_per_degree_of_freedom_is_one_for_robust_registration_of_clean_bodies() {
+    for (series, bodies) in SERIES.into_iter().filter(|(series, _)| series.frames >= ROBUST_FRAMES) {
+        let (mean, error) = series.chi_squared(&MotionSettings::default(), bodies / 2);
+        assert!(STANDARD_ERRORS * error <= 1.1 * ROBUST, "too few bodies: {series:?} leaves {error:.5}");
+        assert!((mean - 1.0).abs() <= ROBUST, "{series:?}: {mean:.5} ± {error:.5}");
+    }
+}
+
+#[test]
+fn robust_registration_leaves_hardly_any_clean_sample_out() {
+    for (series, _) in SERIES {
+        let (mut wild, mut strays) = (0, 0);
+        for number in 0..CLEAN_BODIES {
+            let body = body(&series.body(number));
+            let motion = BodyMotion::of(&body, &MotionSettings::default());
+            wild += motion.wild_samples();
+            strays += motion.strays().len();
+        }
+        let samples = (CLEAN_BODIES * series.frames * series.features) as f64 * (1.0 - series.missing);
+        assert!(wild as f64 <= LEFT_OUT * samples, "{series:?}: {wild} of {samples} samples");
+        assert_eq!(strays, 0, "{series:?}: features left out");
+    }
+}
+
+#[test]
+fn the_noise_of_clean_bodies_is_the_same_in_all_directions() {
+    for (series, _) in SERIES {
+        let told = |number: &usize| {
+            let body = body(&series.body(*number));
+            BodyMotion::of(&body, &MotionSettings::default()).depth_noise() != 1.0
+        };
+        let uneven = (0..CLEAN_BODIES).filter(told).count();
+        assert!(uneven as f64 <= UNEVEN * CLEAN_BODIES as f64, "{series:?}: {uneven} of {CLEAN_BODIES} bodies");
     }
 }
 
@@ -137,7 +189,8 @@ fn chi_squared_per_degree_of_freedom_is_one_for_shape_registration() {
 fn chi_squared_per_degree_of_freedom_is_one_for_chained_and_first_too() {
     for (series, bodies) in SERIES {
         for registration in [Registration::Chained, Registration::First] {
-            let (mean, error) = series.chi_squared(registration, bodies / 8);
+            let settings = MotionSettings { registration, ..MotionSettings::default() };
+            let (mean, error) = series.chi_squared(&settings, bodies / 8);
             assert!(STANDARD_ERRORS * error <= 1.1 * UNSETTLED, "too few bodies: {series:?} leaves {error:.5}");
             assert!((mean - 1.0).abs() <= UNSETTLED, "{registration:?}, {series:?}: {mean:.5} ± {error:.5}");
         }
@@ -169,12 +222,15 @@ fn bodies_without_noise_have_none_whether_they_move_or_rest() {
     let shape: Vec<Point3<f64>> =
         [[0.1, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.1], [0.1, 0.1, 0.1]].map(Point3::from).into();
     for features in [1, 2, 4] {
+        // Of two features the line through both is fitted, which rounds.
+        let none = if features == 2 { NONE } else { 0.0 };
         let at = |frame: usize| -> Vec<_> { shape[..features].iter().map(|p| truth(frame, 0.1) * p).collect() };
         let resting = vec![at(7); 12];
         let mut flickering = resting.clone();
         flickering[3][0].x = f64::NAN;
         for registration in [Registration::Shape, Registration::Chained, Registration::First] {
-            assert_eq!(estimate(&resting, registration), Some(0.0), "{features} features, {registration:?}");
+            let sigma = estimate(&resting, registration).expect("enough samples");
+            assert!(sigma <= none, "{features} features, {registration:?}: {sigma:e} m");
             let sigma = estimate(&flickering, registration).expect("enough samples");
             assert!(sigma <= NONE, "{features} features, {registration:?}: {sigma:e} m");
         }

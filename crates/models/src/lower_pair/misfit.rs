@@ -49,10 +49,11 @@ pub(crate) fn isolated(lengths: &[f64], noise: f64) -> Vec<bool> {
     wrong
 }
 
-/// Range from 2 to 98 %.
+/// Range from 2 to 98 %, of few values their whole range.
 pub(crate) fn range(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
-    if values.is_empty() { 0.0 } else { quantile(&mut values, 0.98) - quantile(&mut values, 0.02) }
+    let beyond = if values.len() < 2 * FEW { 0.0 } else { 0.02 };
+    if values.is_empty() { 0.0 } else { quantile(&mut values, 1.0 - beyond) - quantile(&mut values, beyond) }
 }
 
 /// Length of the 2 to 98 % range of vectors along their main direction.
