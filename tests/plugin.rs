@@ -30,7 +30,7 @@ fn it_takes_part_in_a_run_and_wins_on_its_own_motion() {
     let text_of = |scene: &str| {
         format!(
             "[recording]\nscene = '{scene}'\nnoise = 0.0005\n[models.rigid]\nkind = 'thesis-rigid'\n\
-             [models.spherical]\nkind = 'common-centre'\n[scoring]\norder = ['rigid', 'spherical']"
+             [models.spherical]\nkind = 'common-centre'\n[scoring]\nrule = 'cascade'\norder = ['rigid', 'spherical']"
         )
     };
     let verdict = |scene: &str| {

@@ -1,7 +1,7 @@
 //! The cascade for any number of models and any confidences.
 
 use jointscope_models::Confidence;
-use jointscope_scoring::{Cascade, Findings, Rule, ScoringSettings, Verdict};
+use jointscope_scoring::{Cascade, Finding, Findings, Rule, RuleKind, ScoringSettings, Verdict};
 use proptest::{prelude::*, test_runner::RngSeed};
 
 /// Departure of the sum of all shares from 1: rounding of one product per model, of which there are at most
@@ -36,8 +36,13 @@ fn cascade(models: usize) -> Cascade {
     Cascade::new(&settings, &order.iter().map(String::as_str).collect::<Vec<_>>()).expect("an order of all models")
 }
 
+/// What a model without evidence says.
+fn sure(confidence: f64) -> Finding {
+    Confidence::new(confidence).expect("in range").into()
+}
+
 fn judged(says: &[f64]) -> Verdict {
-    let finding = |(model, says): (usize, &f64)| (name(model), Confidence::new(*says).expect("in range"));
+    let finding = |(model, says): (usize, &f64)| (name(model), sure(*says));
     cascade(says.len()).apply(&says.iter().enumerate().map(finding).collect())
 }
 
@@ -109,9 +114,9 @@ proptest! {
         }),
     ) {
         let mut findings = Findings::new();
-        findings.insert("a stranger".into(), Confidence::ONE);
+        findings.insert("a stranger".into(), sure(1.0));
         for (model, says) in shuffled {
-            findings.insert(name(model), Confidence::new(says).expect("in range"));
+            findings.insert(name(model), sure(says));
         }
         prop_assert_eq!(cascade(says.len()).apply(&findings), judged(&says));
     }
@@ -124,9 +129,9 @@ proptest! {
         }),
     ) {
         let order = (0..says.len()).map(name).collect();
-        let settings = ScoringSettings { order, ..ScoringSettings::default() };
+        let settings = ScoringSettings { rule: RuleKind::Cascade, order, ..ScoringSettings::default() };
         let rule = Rule::new(&settings, &given.iter().map(String::as_str).collect::<Vec<_>>()).expect("all models");
-        let findings = says.iter().enumerate().map(|(i, c)| (name(i), Confidence::new(*c).expect("in range"))).collect();
+        let findings = says.iter().enumerate().map(|(i, c)| (name(i), sure(*c))).collect();
         prop_assert_eq!(rule.apply(&findings), judged(&says));
     }
 }

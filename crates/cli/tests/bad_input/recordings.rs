@@ -75,7 +75,7 @@ fn a_million_rows_without_a_sample_are_refused() {
 #[test]
 fn a_frame_number_of_ten_to_the_fifteen_costs_no_memory() {
     let one = "frame,body,feature,x,y,z\n1000000000000000,wall,0,1,2,3\n";
-    let result = undecided(one, "rigid", "1 frame shows both bodies, at least 6 are needed; record more");
+    let result = undecided(one, "disconnected", "1 frame shows both bodies, at least 6 are needed; record more");
     assert_eq!(result["recording"]["frames"], 1);
     let place = Place::with("frame,body,feature,x,y,z\n99999999999999999999,wall,0,1,2,3\n");
     place.refused(&RUN, DATA, &["r.csv, line 2: column `frame`: needed a whole number from 0"]);

@@ -34,8 +34,8 @@ fn one_collinear_body_is_seen_from_the_other() {
 #[test]
 fn one_frame_two_and_three_are_too_few_to_decide() {
     for (frames, joint, note) in [
-        (1, "rigid", "1 frame shows both bodies, at least 6 are needed; record more"),
-        (2, "prismatic", "2 frames show both bodies, at least 6 are needed; record more"),
+        (1, "disconnected", "1 frame shows both bodies, at least 6 are needed; record more"),
+        (2, "disconnected", "2 frames show both bodies, at least 6 are needed; record more"),
         (3, "prismatic", "3 frames show both bodies, at least 6 are needed; record more"),
     ] {
         let short = table(&["wall", "door"], frames, 4, |frame, body, feature| {
@@ -87,14 +87,27 @@ fn one_body_alone_is_looked_at_from_the_world() {
     Place::with(alone("world")).refused(&RUN, USAGE, &advice);
 }
 
-#[test]
-fn a_wild_sample_is_named_and_leaves_its_pair_undetermined() {
+/// The door with one sample half a metre off.
+fn with_a_wild_sample() -> Place {
     let jump = |frame, body, feature| {
         let [x, y, z] = turning(frame, body, feature);
         [x, y, if (frame, body, feature) == (5, 1, 2) { z + 0.5 } else { z }]
     };
-    let place =
-        Place::with(table(&["wall", "door"], 12, 4, |frame, body, feature| Some(shown(jump(frame, body, feature)))));
+    Place::with(table(&["wall", "door"], 12, 4, |frame, body, feature| Some(shown(jump(frame, body, feature)))))
+}
+
+#[test]
+fn a_wild_sample_is_left_out_and_decides_nothing() {
+    let result = json(&with_a_wild_sample().done(&RUN_JSON));
+    let pair = &result["pairs"][0];
+    assert_eq!((pair["joint"].as_str(), pair["determined"].as_bool()), (Some("revolute"), Some(true)));
+    assert!(notes(&result).contains("door: 1 wild sample was left out"), "{}", notes(&result));
+}
+
+#[test]
+fn a_wild_sample_that_is_not_left_out_is_named_and_leaves_its_pair_undetermined() {
+    let place = with_a_wild_sample();
+    place.write("c.toml", "[motion]\nrobust = false");
     let result = json(&place.done(&RUN_JSON));
     assert_eq!(result["pairs"][0]["determined"], false);
     assert!(notes(&result).contains("door: feature `2` in frame 5 is 0."), "{}", notes(&result));
