@@ -40,7 +40,7 @@ pub use body_motion::{BodyMotion, Noise, Outlier};
 pub use error::MotionError;
 pub use extent::{extent, path_length};
 pub use play::Play;
-pub use pose_series::{End, PoseSeries};
+pub use pose_series::{End, PoseSeries, Start};
 pub use recording::Recording;
 pub use registration::{RegistrationError, register};
 pub use relative_motion::{Lengths, RelativeMotion, RelativeMotionError, Trajectories, Trajectory};

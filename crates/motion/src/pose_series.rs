@@ -43,6 +43,17 @@ pub struct PoseSeries {
     observed: usize,
     seen: usize,
     every_pose: Vec<(usize, Pose)>,
+    start: Option<Start>,
+}
+
+/// How well the coordinates of the body that was asked to be the reference are known: they are those of the recording
+/// at one frame, and that frame has noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Covariance of the body's pose at its first frame, as a twist `[ω; v]` about its centre, in its coordinates.
+    pub covariance: Matrix6<f64>,
+    /// Its centre, in its coordinates, metres.
+    pub centre: Vector3<f64>,
 }
 
 /// What matters at one of the two bodies.
@@ -127,6 +138,7 @@ impl PoseSeries {
             play: *play,
             observed: common.len(),
             seen: 0,
+            start: start_of(asked_reference),
             every_pose: common.iter().map(|(frame, r, m)| (*frame, before * r.inverse() * m * after)).collect(),
         };
         series.seen = series.poses.len();
@@ -261,6 +273,12 @@ impl PoseSeries {
         &self.every_pose
     }
 
+    /// How well the coordinates of the body asked to be the reference are known; `None` where they are given: by the
+    /// world, or by a tracker's first pose.
+    pub fn start(&self) -> Option<&Start> {
+        self.start.as_ref()
+    }
+
     /// How far the poses are from their mean, in standard deviations of their noise: root mean square over the six
     /// coordinates. About 1 for bodies that do not move.
     pub fn signal(&self) -> f64 {
@@ -360,6 +378,14 @@ struct Mean {
 
 /// Uncertainty of a turn that is not seen, radians.
 const UNSEEN_TURN: f64 = 3.0;
+
+fn start_of(reference: &BodyMotion<'_>) -> Option<Start> {
+    if reference.is_at_rest() || reference.is_tracked() {
+        return None;
+    }
+    let first = reference.likely_poses().iter().position(Option::is_some)?;
+    Some(Start { covariance: reference.pose_covariances()[first], centre: reference.centre().coords })
+}
 
 /// Whether a body comes first in the order in which pairs are taken.
 fn comes_first(body: &BodyMotion<'_>, other: &BodyMotion<'_>) -> bool {

@@ -1,7 +1,7 @@
 //! From a mechanism and a motion to a joint with evidence.
 
 use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, twist, twist::Twist};
-use nalgebra::{DVector, Matrix6, Point3, SMatrix, SVector, Unit, Vector3};
+use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Unit, Vector3};
 
 use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect};
 use crate::{
@@ -71,7 +71,7 @@ pub fn judge(mechanism: &dyn Mechanism, motion: &RelativeMotion<'_>) -> Result<J
         .with_part("chi_squared_per_freedom", judged.evidence.chi_squared_per_freedom())
         .with_residual(residual_rms(series, fitted));
     result.axis_in_moving = moving_axis;
-    result.axis_uncertainty = uncertainty(mechanism, &judged, series);
+    result.axis_uncertainty = uncertainty(mechanism, &judged, series, result.joint.axis.as_ref());
     result.evidence = Some(judged.evidence);
     Ok(result)
 }
@@ -342,19 +342,39 @@ fn residual_rms(series: &PoseSeries, fitted: &Fitted) -> f64 {
     (fitted.residuals.iter().map(square).sum::<f64>() / fitted.residuals.len() as f64).sqrt()
 }
 
-fn uncertainty(mechanism: &dyn Mechanism, judged: &Judged, series: &PoseSeries) -> Option<AxisUncertainty> {
+/// Uncertainty of the axis: of the fit, and of the coordinates in which it is told.
+fn uncertainty(
+    mechanism: &dyn Mechanism,
+    judged: &Judged,
+    series: &PoseSeries,
+    axis: Option<&Axis>,
+) -> Option<AxisUncertainty> {
+    let axis = axis?;
     let covariance = judged.fitted().joint_covariance;
     // Play is slow: more frames do not average it.
     let slow = if judged.is_noise() { 1.0 } else { (series.poses().len() as f64 / SLOW_FRAMES).max(1.0) };
     let factor = series.correlation_time().max(slow);
-    let root = |indices: &[usize]| (factor * indices.iter().map(|&k| covariance[(k, k)]).sum::<f64>()).sqrt().min(1e9);
+    let of_fit = |indices: &[usize]| factor * indices.iter().map(|&k| covariance[(k, k)]).sum::<f64>();
+    let (of_start_angle, of_start_distance) = series.start().map_or((0.0, 0.0), |start| {
+        let across = |covariance: Matrix3<f64>| {
+            let along = axis.direction.map_or(0.0, |direction| direction.dot(&(covariance * *direction)));
+            covariance.trace() - along
+        };
+        let mut lever = Matrix3x6::zeros();
+        lever.fixed_view_mut::<3, 3>(0, 0).copy_from(&-(axis.point.coords - start.centre).cross_matrix());
+        lever.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
+        let turns = start.covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        (across(turns), across(lever * start.covariance * lever.transpose()))
+    });
+    let angle = |indices: &[usize]| Some((of_fit(indices) + of_start_angle).sqrt().min(std::f64::consts::FRAC_PI_2));
+    let distance = |indices: &[usize]| Some((of_fit(indices) + of_start_distance).sqrt().min(1e9));
     let (angle, distance) = match mechanism.geometry(&judged.fitted().placement.constants) {
         Geometry::Nothing => return None,
-        Geometry::Direction | Geometry::Plane => (Some(root(&[0, 1])), None),
-        Geometry::Axis { .. } => (Some(root(&[0, 1])), Some(root(&[3, 4]))),
-        Geometry::Centre => (None, Some(root(&[3, 4, 5]))),
+        Geometry::Direction | Geometry::Plane => (angle(&[0, 1]), None),
+        Geometry::Axis { .. } => (angle(&[0, 1]), distance(&[3, 4])),
+        Geometry::Centre => (None, distance(&[3, 4, 5])),
     };
-    Some(AxisUncertainty { angle: angle.map(|angle| angle.min(std::f64::consts::FRAC_PI_2)), distance })
+    Some(AxisUncertainty { angle, distance })
 }
 
 /// The joint as asked for: axis in the coordinates of the reference and in those of the moving body, and positions.
