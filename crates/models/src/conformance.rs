@@ -13,10 +13,17 @@
 //!   setting described, and with a default;
 //! * every answer: confidence in [0, 1], no NaN anywhere, unit directions, one row of positions per frame of the
 //!   recording, from 0 at the first, and none in frames that do not count; the same answer when asked again;
+//! * what an answer says about itself: [`Evidence`] if the model [states](JointModel::states_evidence) it, and only
+//!   then, in numbers that a rule can compare; an uncertainty of the axis that is finite;
 //! * invariance: the confidence depends neither on the choice of the recording's coordinates, nor on the order of
-//!   features, nor, unless the model counts observations (it states [`Evidence`](crate::Evidence)), on whether every
-//!   feature is there twice; an axis turns with the coordinates;
+//!   features, nor, unless the model counts observations (it states evidence), on whether every feature is there twice;
+//!   an axis turns with the coordinates;
 //! * bad input: few frames, features or motion, or huge coordinates, give an answer or an error, never a panic.
+//!
+//! *Axes that the motion does not determine.* A hinge is fitted to a slide as well, and an iterative fit ends anywhere in
+//! a flat valley. A model that states an [uncertainty](crate::AxisUncertainty) is therefore held to a hundredth of it
+//! where that is more than rounding, and not at all where the axis may be wrong by half a radian or by the size of the
+//! scene. A model that states none is held to rounding wherever it is sure.
 
 mod inputs;
 
@@ -30,7 +37,7 @@ use toml::{
 };
 
 use crate::{
-    Axis, Catalog, FitError, JointFit, JointModel, JointModelPlugin, Positions,
+    Axis, AxisUncertainty, Catalog, Departure, Evidence, FitError, JointFit, JointModel, JointModelPlugin, Positions,
     settings::{self, SettingsError},
 };
 use inputs::{Input, bad_inputs, motions};
@@ -43,6 +50,12 @@ const CONFIDENCE: f64 = 1e-6;
 const GEOMETRY: f64 = 1e-6;
 /// Confidence from which an axis must mean something. Below, it may be ill-conditioned without limit.
 const SURE: f64 = 0.5;
+/// Change of an axis, as a share of its stated uncertainty, that an iterative fit may leave where it ends.
+const UNSETTLED: f64 = 0.01;
+/// Uncertainty from which an axis means nothing: of its direction, radians, and of its place, metres, which is the size
+/// of the suite's scenes.
+const VAGUE_ANGLE: f64 = 0.5;
+const VAGUE_DISTANCE: f64 = 1.0;
 /// Departure of a direction's length from 1, and of the first position from 0: rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -173,13 +186,27 @@ impl Suite {
         for (name, value) in &fit.parts {
             require("no part is NaN", !value.is_nan(), format!("`{name}` is"));
         }
-        if let Some(evidence) = fit.evidence {
-            let numbers = [evidence.chi_squared, evidence.configuration_cost, evidence.observations];
-            require("evidence is finite", numbers.iter().all(|x| x.is_finite()), format!("{evidence:?}"));
+        let stated = fit.evidence.is_some();
+        let detail = || format!("{stated}, but `states_evidence` says {}", self.model.states_evidence());
+        require("evidence is stated as announced", stated == self.model.states_evidence(), detail());
+        require("only what states evidence states another", stated || fit.alternatives.is_empty(), String::new());
+        for evidence in fit.evidence.iter().chain(&fit.alternatives) {
+            require("evidence is sound", is_sound(evidence), format!("{evidence:?}"));
+        }
+        if let Some(AxisUncertainty { angle, distance }) = fit.axis_uncertainty {
+            let sound = angle.into_iter().chain(distance).all(|x| x.is_finite() && x >= 0.0);
+            require("an axis's uncertainty is finite", sound, format!("{:?}", fit.axis_uncertainty));
+            let axis = fit.joint.axis;
+            require("an uncertainty is that of an axis", axis.is_some(), "there is no axis".into());
+            let directed = axis.is_some_and(|axis| axis.direction.is_some());
+            let says = format!("direction: {directed}, uncertainty {angle:?}");
+            require("a direction's uncertainty is that of a direction", directed || angle.is_none(), says);
         }
         let rms = fit.residual_rms.unwrap_or(0.0);
         require("a residual is finite and not negative", rms >= 0.0 && rms.is_finite(), format!("found {rms}"));
-        if let Some(Axis { point, direction, pitch }) = fit.joint.axis {
+        let (here, there) = (fit.joint.axis.is_some(), fit.axis_in_moving.is_some());
+        require("an axis in the moving body is that of the joint", here || !there, "the joint has none".into());
+        for Axis { point, direction, pitch } in fit.joint.axis.into_iter().chain(fit.axis_in_moving) {
             let finite = point.iter().all(|c| c.is_finite()) && pitch.unwrap_or(0.0).is_finite();
             require("an axis is finite", finite, format!("point {point}, pitch {pitch:?}"));
             let length = direction.map_or(1.0, |direction| direction.norm());
@@ -227,13 +254,16 @@ impl Suite {
         match (before.joint.axis.map(|axis| axis.seen_from(&world)), after.joint.axis) {
             (None, None) => {}
             (Some(expected), Some(found)) => {
+                let Some(allowed) = Allowed::of(before.axis_uncertainty) else { return };
                 let off = axes_apart(&expected, &found);
-                if !off.is_some_and(|off| off <= GEOMETRY) {
-                    self.fail(property, input, &format!("{expected:?} expected, {found:?} found"));
+                if !off.is_some_and(|off| off.angle <= allowed.angle && off.distance <= allowed.distance) {
+                    let apart = format!("apart by {off:?}, where {allowed:?} is allowed");
+                    self.fail(property, input, &format!("{expected:?} expected, {found:?} found, {apart}"));
                 }
                 // Along the opposite direction the joint moves backwards.
                 let along = expected.direction.zip(found.direction).map_or(1.0, |(a, b)| a.dot(&b).signum());
-                if !positions_agree(before.joint.positions.as_ref(), after.joint.positions.as_ref(), along) {
+                let allowed = allowed.angle.max(allowed.distance);
+                if !positions_agree(before.joint.positions.as_ref(), after.joint.positions.as_ref(), along, allowed) {
                     self.fail("positions do not depend on the recording's coordinates", input, "they changed");
                 }
             }
@@ -283,12 +313,45 @@ impl Suite {
     }
 }
 
-/// How far two axes are apart, radians or metres, the larger; `None` if they are not of one kind. A prismatic joint
-/// means a line and a planar one a plane, which both have a direction and no pitch.
-fn axes_apart(a: &Axis, b: &Axis) -> Option<f64> {
+/// Whether a rule can compare evidence: finite numbers, none negative that counts or measures something.
+fn is_sound(evidence: &Evidence) -> bool {
+    let Evidence { chi_squared, freedom, configuration_cost, prior_cost, observations, correlation_time, .. } = *evidence;
+    let counts = [chi_squared, freedom, observations].iter().all(|x| x.is_finite() && *x >= 0.0);
+    // What is likely beforehand costs less than nothing, and so may positions that hardly vary.
+    let costs = configuration_cost.is_finite() && prior_cost.is_finite();
+    let departure = evidence.departure.is_none_or(|Departure { squared, per_noise, adequate, .. }| {
+        // Where a model leaves nothing over, play absorbs infinitely more than noise.
+        squared.is_finite() && squared >= 0.0 && per_noise >= 0.0 && adequate.is_finite() && adequate > 0.0
+    });
+    counts && costs && departure && correlation_time.is_finite() && correlation_time >= 1.0
+}
+
+/// How far axes are apart, or may be.
+#[derive(Debug, Clone, Copy)]
+struct Allowed {
+    /// Radians.
+    angle: f64,
+    /// Metres, or metres per radian.
+    distance: f64,
+}
+
+impl Allowed {
+    /// How far an axis of a stated uncertainty may be apart; `None` where it means nothing.
+    fn of(stated: Option<AxisUncertainty>) -> Option<Self> {
+        let AxisUncertainty { angle, distance } = stated.unwrap_or(AxisUncertainty { angle: None, distance: None });
+        let (angle, distance) = (angle.unwrap_or(0.0), distance.unwrap_or(0.0));
+        let told = angle < VAGUE_ANGLE && distance < VAGUE_DISTANCE;
+        let allowed = |uncertainty: f64| GEOMETRY.max(UNSETTLED * uncertainty);
+        told.then(|| Self { angle: allowed(angle), distance: allowed(distance) })
+    }
+}
+
+/// How far two axes are apart; `None` if they are not of one kind. A prismatic joint means a line and a planar one a
+/// plane, which both have a direction and no pitch.
+fn axes_apart(a: &Axis, b: &Axis) -> Option<Allowed> {
     let between = b.point - a.point;
     match (a.direction, b.direction) {
-        (None, None) => Some(between.norm()),
+        (None, None) => Some(Allowed { angle: 0.0, distance: between.norm() }),
         (Some(along), Some(other)) => {
             let (across, down) = (along.cross(&between).norm(), along.dot(&between).abs());
             let distance = match (a.pitch, b.pitch) {
@@ -296,14 +359,14 @@ fn axes_apart(a: &Axis, b: &Axis) -> Option<f64> {
                 (Some(a), Some(b)) => across.max((a - b).abs()),
                 _ => return None,
             };
-            Some(along.cross(&other).norm().max(distance))
+            Some(Allowed { angle: along.cross(&other).norm(), distance })
         }
         _ => None,
     }
 }
 
-/// Whether joints of one freedom have the same positions, up to `sign`.
-fn positions_agree(a: Option<&Positions>, b: Option<&Positions>, sign: f64) -> bool {
+/// Whether joints of one freedom have the same positions to within radians or metres, up to `sign`.
+fn positions_agree(a: Option<&Positions>, b: Option<&Positions>, sign: f64, allowed: f64) -> bool {
     let (a, b) = match (a, b) {
         (None, None) => return true,
         (Some(a), Some(b)) => (a, b),
@@ -313,7 +376,7 @@ fn positions_agree(a: Option<&Positions>, b: Option<&Positions>, sign: f64) -> b
         return a.freedoms() == b.freedoms();
     }
     let near = |(a, b): (Option<&[f64]>, Option<&[f64]>)| match (a, b) {
-        (Some(&[a]), Some(&[b])) => (a - sign * b).abs() <= GEOMETRY,
+        (Some(&[a]), Some(&[b])) => (a - sign * b).abs() <= allowed,
         (a, b) => a.is_none() && b.is_none(),
     };
     a.iter().zip(b.iter()).all(near)

@@ -21,7 +21,7 @@ fn every_linked_model_conforms() {
         conformance::check(plugin);
         count += 1;
     }
-    assert!(count >= 3, "the thesis's models are linked");
+    assert!(count >= 12, "the thesis's models and the mechanisms are linked");
     conformance::check_linked("thesis-rigid");
 }
 

@@ -93,7 +93,11 @@ impl Likelihood {
     fn candidates<'f>(&self, findings: &'f Findings) -> Vec<Candidate<'f>> {
         let all = || findings.iter().flat_map(|(name, finding)| finding.evidence.iter().map(move |e| (name, *e)));
         let cheapest = all().map(|(_, evidence)| evidence.noise_cost()).fold(f64::INFINITY, f64::min);
-        let by_noise = |evidence: &Evidence| (evidence.noise_cost() - cheapest).max(0.0);
+        // What can do more explains noise no worse, even where its fit went astray.
+        let by_noise = |evidence: &Evidence| {
+            let less = all().map(|(_, e)| e).filter(|e| evidence.mobility.contains(&e.mobility));
+            less.map(|e| e.noise_cost()).fold(evidence.noise_cost(), f64::min) - cheapest
+        };
         // The richest first: every joint is compared with those that can do more.
         let mut charged: Vec<(&str, Evidence, f64)> = all()
             .map(|(name, evidence)| {

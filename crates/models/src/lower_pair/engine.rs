@@ -68,7 +68,7 @@ pub struct Fitted {
 pub fn fit(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>], starts: &[Placement]) -> Option<Fitted> {
     let mut best: Option<State> = None;
     for start in starts {
-        let mut state = State::new(mechanism, poses, whitening, *start);
+        let mut state = State::new(mechanism, poses, whitening, *start, projected(mechanism, poses, start));
         state.iterate(mechanism, poses, whitening, if starts.len() > 1 { TRIAL_ITERATIONS } else { ITERATIONS });
         if state.cost.is_finite() && best.as_ref().is_none_or(|best| state.cost < best.cost) {
             best = Some(state);
@@ -79,6 +79,29 @@ pub fn fit(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>]
         state.iterate(mechanism, poses, whitening, ITERATIONS - TRIAL_ITERATIONS);
     }
     Some(state.finish(mechanism, poses, whitening))
+}
+
+/// Fits a mechanism with other weights, from where a fit of the same poses ended.
+pub fn refit(
+    mechanism: &dyn Mechanism,
+    poses: &[Pose],
+    whitening: &[Matrix6<f64>],
+    from: &Fitted,
+) -> Option<Fitted> {
+    let mut state = State::new(mechanism, poses, whitening, from.placement, from.positions.clone());
+    state.iterate(mechanism, poses, whitening, ITERATIONS);
+    state.cost.is_finite().then(|| state.finish(mechanism, poses, whitening))
+}
+
+/// Positions nearest to the poses.
+fn projected(mechanism: &dyn Mechanism, poses: &[Pose], start: &Placement) -> Vec<Vector3<f64>> {
+    let (back, away) = (start.joint.inverse(), start.home.inverse() * start.joint);
+    let mut previous = Vector3::zeros();
+    let project = |pose: &Pose| {
+        previous = mechanism.project(&(back * pose * away), &previous, &start.constants);
+        previous
+    };
+    poses.iter().map(project).collect()
 }
 
 struct State {
@@ -104,16 +127,13 @@ struct Eliminated {
 }
 
 impl State {
-    fn new(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>], start: Placement) -> Self {
-        let (back, away) = (start.joint.inverse(), start.home.inverse() * start.joint);
-        let mut previous = Vector3::zeros();
-        let positions: Vec<Vector3<f64>> = poses
-            .iter()
-            .map(|pose| {
-                previous = mechanism.project(&(back * pose * away), &previous, &start.constants);
-                previous
-            })
-            .collect();
+    fn new(
+        mechanism: &dyn Mechanism,
+        poses: &[Pose],
+        whitening: &[Matrix6<f64>],
+        start: Placement,
+        positions: Vec<Vector3<f64>>,
+    ) -> Self {
         let mut state = Self {
             placement: start,
             trial: positions.clone(),

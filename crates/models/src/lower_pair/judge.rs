@@ -3,7 +3,7 @@
 use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, twist, twist::Twist};
 use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Unit, Vector3};
 
-use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect};
+use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect, refit};
 use crate::{
     Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Positions,
 };
@@ -93,7 +93,7 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     let failed = || FitError::Fault { what: "the fit of the mechanism has no finite cost".into() };
     let (adequate, weights) = robust(mechanism, series, &starts, scale, plays).ok_or_else(failed)?;
     let white = whitened(series, [0.0; 2], &weights);
-    let ideal = fit(mechanism, series.poses(), &white, &[adequate.placement]).ok_or_else(failed)?;
+    let ideal = refit(mechanism, series.poses(), &white, &adequate).ok_or_else(failed)?;
     // The robust weights find the joint; what the frames cost is told without them.
     let white = whitened(series, [0.0; 2], &[]);
     let chi_squared: f64 = white
@@ -216,7 +216,7 @@ fn robust(
         }
         let weight = |length: f64, limit: f64| (1.0 + (length / limit).powi(2)).powi(-2) + 1e-6;
         weights = turns.iter().zip(&shifts).map(|(r, x)| [weight(*r, turn), weight(*x, shift)]).collect();
-        fitted = fit(mechanism, series.poses(), &whitened(series, play, &weights), &[fitted.placement])?;
+        fitted = refit(mechanism, series.poses(), &whitened(series, play, &weights), &fitted)?;
     }
     Some((fitted, weights))
 }

@@ -57,7 +57,7 @@ pub mod starts;
 mod universal;
 
 pub use cylindrical::Cylindrical;
-pub use engine::{Fitted, Placement, fit};
+pub use engine::{Fitted, Placement, fit, refit};
 pub use free::Free;
 pub(crate) use judge::{bend_cost, far_hinge_cost};
 pub use judge::{Judged, judge, judge_series};
