@@ -6,7 +6,8 @@ use std::{
 };
 
 use jointscope_models::{
-    Axis, Catalog, Confidence, FitError, Joint, JointFit, JointModel, JointModelPlugin, Origin, Positions, conformance,
+    Axis, AxisUncertainty, Catalog, Confidence, Evidence, FitError, Joint, JointFit, JointModel, JointModelPlugin,
+    Mobility, Origin, Positions, conformance,
 };
 use jointscope_motion::RelativeMotion;
 use nalgebra::{Unit, Vector3};
@@ -16,12 +17,14 @@ use serde::{Deserialize, Serialize};
 #[test]
 fn every_linked_model_conforms() {
     let catalog = Catalog::linked().expect("unique names");
-    let mut count = 0;
-    for plugin in catalog.iter() {
-        conformance::check(plugin);
-        count += 1;
-    }
-    assert!(count >= 12, "the thesis's models and the mechanisms are linked");
+    // All complaints at once, not the first only.
+    let complaints: Vec<String> = catalog
+        .iter()
+        .filter_map(|plugin| catch_unwind(|| conformance::check(plugin)).err())
+        .map(|panic| panic.downcast_ref::<String>().expect("a message").clone())
+        .collect();
+    assert!(complaints.is_empty(), "{}", complaints.join("\n"));
+    assert!(catalog.names().count() >= 12, "the thesis's models and the mechanisms are linked");
     conformance::check_linked("thesis-rigid");
 }
 
@@ -36,6 +39,9 @@ const HERE: Origin = Origin { package: "test", version: "0" };
 /// Declares a model by the answer it gives, and checks that the suite complains about it.
 macro_rules! refused {
     ($test:ident, $property:literal, |$motion:ident| $answer:expr) => {
+        refused!($test, $property, states_evidence: false, |$motion| $answer);
+    };
+    ($test:ident, $property:literal, states_evidence: $states:literal, |$motion:ident| $answer:expr) => {
         #[test]
         fn $test() {
             /// A model with a fault.
@@ -45,6 +51,10 @@ macro_rules! refused {
             impl JointModel for Faulty {
                 fn fit(&self, $motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
                     $answer
+                }
+
+                fn states_evidence(&self) -> bool {
+                    $states
                 }
             }
             static PLUGIN: JointModelPlugin = JointModelPlugin::of::<Faulty>("faulty", "has a fault", HERE);
@@ -125,6 +135,89 @@ refused!(positions_that_start_anywhere_are_found, "positions start at 0", |motio
     let rows = (0..motion.recording_frames()).map(|frame| motion.frames().contains(&frame).then_some(0.5));
     Ok(JointFit::new(Confidence::ONE, Joint { axis: None, positions: Some(Positions::of_one_freedom(rows)) }))
 });
+
+/// Evidence of a model that is right about everything.
+const SOUND: Evidence = Evidence {
+    chi_squared: 100.0,
+    freedom: 100.0,
+    configuration_cost: -1.0,
+    prior_cost: -1.0,
+    mobility: Mobility { turns: 0, slides: 0, parameters: 6 },
+    observations: 288.0,
+    correlation_time: 1.0,
+    departure: None,
+};
+
+fn stating(evidence: Evidence) -> JointFit {
+    let mut fit = sure();
+    fit.evidence = Some(evidence);
+    fit
+}
+
+fn with_uncertainty(mut fit: JointFit, angle: Option<f64>, distance: Option<f64>) -> JointFit {
+    fit.axis_uncertainty = Some(AxisUncertainty { angle, distance });
+    fit
+}
+
+refused!(evidence_that_was_not_announced_is_found, "evidence is stated as announced", |_motion| Ok(stating(SOUND)));
+
+refused!(
+    evidence_that_is_announced_and_not_stated_is_found,
+    "evidence is stated as announced",
+    states_evidence: true,
+    |_motion| Ok(sure())
+);
+
+refused!(negative_evidence_is_found, "evidence is sound", states_evidence: true, |_motion| {
+    Ok(stating(Evidence { chi_squared: -1e-3, ..SOUND }))
+});
+
+refused!(evidence_that_is_no_number_is_found, "evidence is sound", states_evidence: true, |_motion| {
+    Ok(stating(Evidence { configuration_cost: f64::NAN, ..SOUND }))
+});
+
+refused!(unsound_evidence_of_another_explanation_is_found, "evidence is sound", states_evidence: true, |_motion| {
+    let mut fit = stating(SOUND);
+    fit.alternatives.push(Evidence { prior_cost: f64::INFINITY, ..SOUND });
+    Ok(fit)
+});
+
+refused!(an_uncertainty_without_end_is_found, "an axis's uncertainty is finite", |motion| {
+    Ok(with_uncertainty(with_axis(Vector3::z_axis(), None, motion), Some(0.1), Some(f64::INFINITY)))
+});
+
+refused!(an_uncertainty_of_no_axis_is_found, "an uncertainty is that of an axis", |_motion| Ok(with_uncertainty(
+    sure(),
+    None,
+    Some(0.1)
+)));
+
+refused!(an_uncertainty_of_no_direction_is_found, "a direction's uncertainty is that of a direction", |motion| {
+    let centre = Axis { point: motion.first_centroid(), direction: None, pitch: None };
+    let fit = JointFit::new(Confidence::ONE, Joint { axis: Some(centre), positions: None });
+    Ok(with_uncertainty(fit, Some(0.1), Some(0.1)))
+});
+
+refused!(
+    an_axis_that_does_not_turn_as_surely_as_it_says_is_found,
+    "axes turn with the recording's coordinates",
+    |motion| { Ok(with_uncertainty(with_axis(Vector3::z_axis(), None, motion), Some(0.01), None)) }
+);
+
+#[test]
+fn an_axis_that_says_it_is_unknown_may_be_anywhere() {
+    /// A model that knows nothing of its axis, and says so.
+    #[derive(Debug, Default, Serialize, Deserialize, JsonSchema)]
+    #[serde(default, deny_unknown_fields)]
+    struct Vague {}
+    impl JointModel for Vague {
+        fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
+            Ok(with_uncertainty(with_axis(Vector3::z_axis(), None, motion), Some(1.0), None))
+        }
+    }
+    static PLUGIN: JointModelPlugin = JointModelPlugin::of::<Vague>("vague", "knows no axis", HERE);
+    conformance::check(&PLUGIN);
+}
 
 static ASKED: AtomicU32 = AtomicU32::new(0);
 

@@ -78,13 +78,16 @@ impl Seen {
 #[derive(Debug, Clone)]
 pub(super) struct Input {
     pub(super) name: String,
+    /// Whether one body moves as seen from the other.
+    pub(super) moves: bool,
     pub(super) reference: Seen,
     pub(super) moving: Seen,
 }
 
 impl Input {
     pub(super) fn map(&self, change: impl Fn(&Seen) -> Seen) -> Self {
-        Self { name: self.name.clone(), reference: change(&self.reference), moving: change(&self.moving) }
+        let Self { name, moves, .. } = self.clone();
+        Self { name, moves, reference: change(&self.reference), moving: change(&self.moving) }
     }
 }
 
@@ -209,7 +212,8 @@ pub(super) fn motions() -> Vec<Input> {
                 moving = moving.choose(|_| vec![0]);
             }
             let reference = look(of, 2 * seed + 1, NOISE, FRAMES, &carrier);
-            inputs.push(Input { name: format!("{name}, seen {words}"), reference, moving });
+            let moves = motion(1.0) != Pose::identity();
+            inputs.push(Input { name: format!("{name}, seen {words}"), moves, reference, moving });
         }
     }
     inputs
@@ -224,8 +228,9 @@ pub(super) fn bad_inputs() -> Vec<Input> {
     let points = |noise, frames, pose: &dyn Fn(usize) -> Pose| look(Look::Points, 9, noise, frames, pose);
     let reference = |frames| points(NOISE, frames, &base);
     let mut inputs = Vec::new();
-    let mut add =
-        |name: &str, reference: Seen, moving: Seen| inputs.push(Input { name: name.into(), reference, moving });
+    let mut add = |name: &str, reference: Seen, moving: Seen| {
+        inputs.push(Input { name: name.into(), moves: true, reference, moving });
+    };
     for frames in 1..=5 {
         let name = format!("a turning pair in {frames} frames");
         add(&name, reference(frames), points(NOISE, frames, &turning));
