@@ -117,6 +117,15 @@ fn median(values: Vec<f64>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
+/// A standard deviation from all values within three times a robust one, which knows it half as well.
+fn efficient(robust: f64, sizes: &[f64]) -> f64 {
+    /// Variance of a standard normal variable cut at 3.
+    const CUT_VARIANCE: f64 = 0.973_337;
+    let within = || sizes.iter().filter(|size| **size <= 3.0 * robust);
+    let count = within().count() as f64;
+    if count > 0.0 { (within().map(|size| size * size).sum::<f64>() / count / CUT_VARIANCE).sqrt() } else { robust }
+}
+
 /// The value below which a share of all lies.
 fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the length")]
@@ -184,7 +193,7 @@ where
         .flat_map(|w| third_difference(&w).abs().data.0[0])
         .collect();
     let normal = match trust {
-        Trust::Most => median(sizes)? / NORMAL_MEDIAN,
+        Trust::Most => efficient(median(sizes.clone())? / NORMAL_MEDIAN, &sizes),
         Trust::Quiet => quantile(sizes, QUIET_SHARE)? / NORMAL_QUIET,
     };
     Some(normal / THIRD_DIFFERENCE.sqrt())

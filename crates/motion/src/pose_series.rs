@@ -69,6 +69,8 @@ pub struct End {
     pub shift_noise: f64,
     /// Play of its position, metres.
     pub shift_play: f64,
+    /// The same for a body that does not travel at all, metres.
+    pub rest_play: f64,
 }
 
 impl PoseSeries {
@@ -172,8 +174,10 @@ impl PoseSeries {
             .fold(0.0, f64::max);
         let square = features.iter().map(Vector3::norm_squared).sum::<f64>() / features.len().max(1) as f64;
         let shift_noise = self.shift_noise_at(&centre, of_reference);
-        let shift_play = (play.travel * travel + play.size * size + play.distance).hypot(play.drift * drift * shift_noise);
-        End { centre, travel, radius: square.sqrt(), shift_noise, shift_play }
+        let drifting = play.drift * drift * shift_noise;
+        let rest_play = (play.size * size + play.distance).hypot(drifting);
+        let shift_play = (play.travel * travel + play.size * size + play.distance).hypot(drifting);
+        End { centre, travel, radius: square.sqrt(), shift_noise, shift_play, rest_play }
     }
 
     /// Noise of the position of a body's centre as seen from the other body, metres per coordinate.

@@ -5,7 +5,7 @@ use nalgebra::Vector6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Mobility, random_effect, starts};
+use super::{Mobility, judge::observations, random_effect, starts};
 use crate::{Confidence, Departure, Evidence, FitError, Joint, JointFit, JointModel, joint_model, point_path};
 
 /// Free motion: the bodies are not connected; in results it is usually named `disconnected`.
@@ -48,7 +48,7 @@ impl JointModel for Free {
             prior_cost: 0.0,
             mobility: Mobility { turns: 3, slides: 3, parameters: usize::from(self.parameters) },
             freedom: 6.0 * (series.seen() - count) as f64,
-            observations: (6 * count.min(60)) as f64,
+            observations: observations(series),
             correlation_time: series.correlation_time(),
             departure: plays.then_some(Departure { squared: 0.0, per_noise: f64::INFINITY, adequate: 25.0 }),
         });

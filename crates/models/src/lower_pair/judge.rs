@@ -111,7 +111,7 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
         prior_cost: 0.0,
         mobility,
         freedom: freedom(mobility, series),
-        observations: (6 * count.min(INDEPENDENT_FRAMES)) as f64,
+        observations: observations(series),
         correlation_time: series.correlation_time(),
         departure: None,
     };
@@ -140,6 +140,11 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
         judged.evidence = evidence;
     }
     Ok(judged)
+}
+
+/// Numbers that count as independent, for the price of parameters.
+pub(super) fn observations(series: &PoseSeries) -> f64 {
+    (6 * series.poses().len().min(INDEPENDENT_FRAMES)) as f64
 }
 
 /// Numbers observed less numbers fitted: geometry and home pose, and the positions of every frame.
@@ -299,14 +304,17 @@ fn departure(
         let shifts = shifts_at(end, number, series, fitted);
         let noise = end.shift_noise;
         let square = (misfit::mean_square(&shifts, noise) - ALLOWANCE * held_slides * noise.powi(2)).max(0.0);
-        let load = (end.shift_play / end.radius.max(1e-9)).min(play.load_turn.to_radians()).max(least);
+        // A rigid connection does not travel, and has no share of it.
+        let rigid = mobility.turns + mobility.slides == 0;
+        let shift_play = if rigid { end.rest_play } else { end.shift_play };
+        let load = (shift_play / end.radius.max(1e-9)).min(play.load_turn.to_radians()).max(least);
         let own = if sweep > EXPLAINED_TURN { least.max(play.turn * sweep) } else { load };
         let drift = play.drift * (series.correlation_time() - 1.0) / (series.correlation_time() + 1.0);
         let turn_play = wrong_turn.unwrap_or(own.hypot(drift * turn_noise));
-        found.squared += share * (square / end.shift_play.powi(2) + turn_square / turn_play.powi(2));
+        found.squared += share * (square / shift_play.powi(2) + turn_square / turn_play.powi(2));
         // What noise alone would charge for the misfit, part by part, by what play would.
         let by_noise = [over_chance(&turns, turn_noise, held_turns), over_chance(&shifts, noise, held_slides)];
-        let ratios = [(turn_play / turn_noise).powi(2), (end.shift_play / noise).powi(2)];
+        let ratios = [(turn_play / turn_noise).powi(2), (shift_play / noise).powi(2)];
         let by_play: f64 = by_noise.iter().zip(ratios).map(|(cost, ratio)| cost / ratio.max(f64::MIN_POSITIVE)).sum();
         found.per_noise += share * frames * by_noise.iter().sum::<f64>() / by_play.max(f64::MIN_POSITIVE);
         if number == 0 {
@@ -486,21 +494,14 @@ fn turn_to_positive(rows: &mut DVector<f64>) -> bool {
 }
 
 impl JointFit {
-    /// Charges a hinge of little sweep for being far from its body.
-    pub(crate) fn near_its_bodies(mut self, sweep: f64) -> Self {
-        let turned = self.parts.get("sweep").copied().unwrap_or(0.0);
-        if let Some(evidence) = &mut self.evidence {
-            evidence.prior_cost += far_hinge_cost(turned, sweep);
-        }
-        self
-    }
-
     /// A slide whose rail may be bent: the evidence of an arc that turns little, where that is better.
-    pub(crate) fn or_bent(mut self, arc: &Self, bend: f64) -> Self {
+    pub(crate) fn or_bent(mut self, arc: &Self, bend: f64, sweep: f64) -> Self {
         let turned = arc.parts.get("sweep").copied().unwrap_or(0.0);
         self.parts.insert("bend", turned);
+        // An arc that turns no more than rails do says nothing about hinges.
+        let prior_cost = bend_cost(turned, bend) - far_hinge_cost(turned.max(2.0 * bend), sweep);
         self.alternatives
-            .extend(arc.evidence.map(|evidence| Evidence { prior_cost: bend_cost(turned, bend), ..evidence }));
+            .extend(arc.evidence.map(|evidence| Evidence { prior_cost, ..evidence }));
         self
     }
 }

@@ -11,8 +11,9 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 /// Prismatic joint: translation along a line that is fixed in both bodies, without any turn.
 ///
 /// Rails are not quite straight. A slide is therefore also judged as an arc that turns by θ over its travel, at a
-/// price of `(θ/bend)² + 2 ln(1.25 bend/180°)`, and takes the better of the two evidences: what distinguishes it from a
-/// hinge is how far it turns.
+/// price of `(θ/bend)² + 2 ln(1.25 bend/180°) + 2 ln min(1, θ/sweep)`, and takes the better of the two evidences: what
+/// distinguishes it from a hinge is how far it turns. The last term is for hinges, which lie near their bodies and
+/// rarely turn by little.
 ///
 /// Bodies that show one point: the point runs on a line, or on an arc of small turn.
 ///
@@ -27,11 +28,14 @@ pub struct Prismatic {
     /// The same where only the path of a point is seen.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub bend_of_path: f64,
+    /// Sweep from which an arc is as likely a hinge as any, degrees.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub sweep: f64,
 }
 
 impl Default for Prismatic {
     fn default() -> Self {
-        Self { bend: 2.0, bend_of_path: 8.0 }
+        Self { bend: 2.0, bend_of_path: 8.0, sweep: 30.0 }
     }
 }
 
@@ -70,7 +74,7 @@ impl JointModel for Prismatic {
         }
         let straight = judge(self, motion)?;
         let arc = judge(&Revolute::default(), motion)?;
-        Ok(straight.or_bent(&arc, self.bend))
+        Ok(straight.or_bent(&arc, self.bend, self.sweep))
     }
 
     fn states_evidence(&self) -> bool {

@@ -10,16 +10,14 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Revolute joint: rotation about an axis that is fixed in both bodies.
 ///
-/// Joints lie near their bodies: a hinge that is seen to turn by little is as likely a slide on a bent rail. Sweeps
-/// below `sweep` cost `-2 ln(θ/sweep)`.
-///
-/// Bodies that show one point: the point runs on a circle.
+/// Bodies that show one point: the point runs on a circle. Joints lie near their bodies: an arc that turns by little is
+/// as likely a slide on a bent rail, and sweeps below `sweep` cost `-2 ln(θ/sweep)`.
 ///
 /// References: docs/method.md, "Mechanisms" and "Joints lie near their bodies".
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Revolute {
-    /// Sweep from which a hinge is as likely as any, degrees.
+    /// Sweep from which the arc of a point is as likely a hinge as any, degrees.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub sweep: f64,
 }
@@ -63,7 +61,7 @@ impl JointModel for Revolute {
         if motion.pose_series().is_none() {
             return point_path::circle(motion, self.sweep);
         }
-        Ok(judge(self, motion)?.near_its_bodies(self.sweep))
+        judge(self, motion)
     }
 
     fn states_evidence(&self) -> bool {

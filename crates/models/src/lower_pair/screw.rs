@@ -10,13 +10,13 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Screw joint: rotation about a fixed axis with a proportional translation along it.
 ///
-/// Sweeps below `sweep` cost what they cost a revolute joint. Bodies that show one point: the point runs on a helix.
+/// Bodies that show one point: the point runs on a helix; sweeps below `sweep` cost what they cost a revolute joint.
 ///
 /// References: docs/method.md, "Mechanisms".
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Screw {
-    /// Sweep from which a screw is as likely as any, degrees.
+    /// Sweep from which the helix of a point is as likely a screw as any, degrees.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub sweep: f64,
 }
@@ -69,7 +69,7 @@ impl JointModel for Screw {
         if motion.pose_series().is_none() {
             return point_path::helix(motion, self.sweep);
         }
-        Ok(judge(self, motion)?.near_its_bodies(self.sweep))
+        judge(self, motion)
     }
 
     fn states_evidence(&self) -> bool {
