@@ -20,7 +20,7 @@ const FEW_FRAMES: usize = 6;
 /// Distance of the poses from their mean, in standard deviations, below which frames are merged to see a motion.
 const FAINT: f64 = 4.0;
 /// Frames that remain when frames are merged; what makes the motion likeliest counts.
-const MERGED_FRAMES: [usize; 3] = [24, 16, 10];
+const MERGED_FRAMES: [usize; 4] = [24, 16, 10, 7];
 /// Factor on the noise by which frames that are no smooth motion are tried to be explained.
 const QUIET: f64 = 0.1;
 

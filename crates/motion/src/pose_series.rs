@@ -6,6 +6,8 @@ use crate::{BodyMotion, Play, Pose, twist};
 
 /// Most frames of a series; of longer recordings so many are taken, evenly.
 const MOST_FRAMES: usize = 400;
+/// Most frames that are merged into one: in more, motion would be lost.
+const LONGEST_RUN: usize = 20;
 /// Features whose travel is measured.
 const TRAVELLERS: usize = 4;
 /// Least uncertainty of a rotation, radians, and of a position as a share of the bodies' size: what rounding and
@@ -14,6 +16,8 @@ const LEAST_TURN: f64 = 1.7e-4;
 const LEAST_SHIFT: f64 = 7e-5;
 /// Largest uncertainty of a rotation that is used as a measure, radians.
 const MOST_TURN: f64 = 1.0;
+/// Range from 2 to 98 % of a standard normal variable.
+const NOISE_RANGE: f64 = 4.107;
 /// Correlation of successive errors above which they drift, and the most that is believed.
 const DRIFTS: f64 = 0.2;
 const MOST_DRIFT: f64 = 0.96;
@@ -176,7 +180,10 @@ impl PoseSeries {
         let shift_noise = self.shift_noise_at(&centre, of_reference);
         let drifting = play.drift * drift * shift_noise;
         let rest_play = (play.size * size + play.distance).hypot(drifting);
-        let shift_play = (play.travel * travel + play.size * size + play.distance).hypot(drifting);
+        // What noise adds to the range is no travel.
+        let of_noise = NOISE_RANGE * shift_noise.hypot((2.0_f64 / 3.0 * square).sqrt() * self.turn_noise());
+        let moved = (travel.powi(2) - of_noise.powi(2)).max(0.0).sqrt();
+        let shift_play = (play.travel * moved + play.size * size + play.distance).hypot(drifting);
         End { centre, travel, radius: square.sqrt(), shift_noise, shift_play, rest_play }
     }
 
@@ -315,7 +322,7 @@ impl PoseSeries {
 
     pub(crate) fn merged(&self, frames: usize) -> Option<Self> {
         let count = self.poses.len();
-        if frames == 0 || count < 2 * frames {
+        if frames == 0 || count < 2 * frames || count > LONGEST_RUN * frames {
             return None;
         }
         let mut merged = Self { frames: vec![], poses: vec![], noise: vec![], ..self.clone() };
