@@ -340,6 +340,22 @@ mod tests {
     }
 
     #[test]
+    fn play_is_read_from_a_share_a_length_a_table_or_a_word() {
+        use jointscope_motion::Play;
+        let play = |text: &str| parse(&format!("motion.play = {text}")).expect("valid").motion.play;
+        let usual = Play::default();
+        for (text, travel) in [("'0.7 %'", 0.007), ("' 1.5%'", 0.015), ("'0 %'", 0.0), ("'100 %'", 1.0)] {
+            let found = play(text);
+            assert!((found.travel - travel).abs() < 1e-15, "{text}: {}", found.travel);
+            assert_eq!(Play { travel: usual.travel, ..found }, usual);
+        }
+        assert_eq!(play("0.002"), Play { travel: 0.0, distance: 0.002, ..usual });
+        assert_eq!(play("{ travel = 0.01, turn = 0.002 }"), Play { travel: 0.01, turn: 0.002, ..usual });
+        assert_eq!([play("'none'"), play("0"), play("0.0")], [Play::NONE; 3]);
+        assert_eq!(play("{}"), usual);
+    }
+
+    #[test]
     fn words_and_numbers_both_set_the_noise() {
         use jointscope_motion::NoiseSetting;
         assert_eq!(parse("motion.noise = 0.002").expect("valid").motion.noise, NoiseSetting::Known(0.002));

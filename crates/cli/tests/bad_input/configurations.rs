@@ -33,6 +33,76 @@ fn wrong_types_and_numbers_out_of_range_point_at_the_value() {
 }
 
 #[test]
+fn play_is_a_share_a_length_a_table_or_none() {
+    for play in ["play = '0.7 %'", "play = '2%'", "play = 'none'", "play = 0.002", "play = 0", "play = { turn = 0.01 }"]
+    {
+        let place = Place::with(door());
+        place.write("c.toml", format!("[motion]\n{play}"));
+        assert!(place.done(&RUN).contains("revolute"), "{play}");
+    }
+    for (play, found) in
+        [("a lot", "a lot"), ("0.7", "0.7"), ("-1 %", "-1 %"), ("101 %", "101 %"), ("%", "%"), ("nan %", "nan %")]
+    {
+        let message = format!("`play`: expected a share such as \"0.7 %\", or \"none\", found \"{found}\"");
+        misconfigured(&format!("[motion]\nplay = '{play}'"), "2:8", &[&message]);
+    }
+    misconfigured("[motion]\nplay = -1", "2:8", &["`play`: -1 is out of range", "0 <= x"]);
+    misconfigured("[motion]\nplay = inf", "2:8", &["`play`: inf is out of range"]);
+    misconfigured("[motion]\nplay = true", "2:8", &["`play`: expected", "found true"]);
+    let message = ["unknown key `travl`", "did you mean `travel`?", "`least_turn`"];
+    misconfigured("[motion.play]\ntravl = 0.01", "2:1", &message);
+    misconfigured("[motion.play]\ntravel = 2", "2:10", &["`travel`: 2 is out of range", "0 <= x <= 1"]);
+    misconfigured("[motion.play]\ntravel = '1 %'", "2:10", &["`travel`: expected a number, found the text \"1 %\""]);
+}
+
+#[test]
+fn priors_are_positive_numbers_of_models_that_are_there() {
+    let place = Place::with(door());
+    place.write("c.toml", "[scoring.priors]\nscrew = 0.1\nrevolute = 3");
+    assert!(place.done(&RUN).contains("revolute"));
+    let message =
+        ["a prior is given for `scrw`, which is not among the models", "models: `cylindrical`, `disconnected`"];
+    misconfigured("[scoring.priors]\nscrw = 2", "1:1", &message);
+    for prior in ["0", "-1", "0.0", "-1e-300"] {
+        let message = ["the prior of `screw` is ", "which is not a positive number", "leave its model out"];
+        misconfigured(&format!("[scoring]\npriors = {{ screw = {prior} }}"), "2:10", &message);
+    }
+    misconfigured("[scoring.priors]\nscrew = 'low'", "2:9", &["`screw`: expected a number, found the text \"low\""]);
+    misconfigured("[scoring.priors]\nscrew = nan", "2:9", &["`screw`: NaN is out of range"]);
+    misconfigured("[scoring.priors]\nscrew = 1e400", "2:9", &["`screw`: inf is out of range"]);
+    misconfigured("[scoring]\npriors = 3", "2:10", &["`priors`: expected a table, found the number 3"]);
+}
+
+#[test]
+fn leads_and_temperature_out_of_range_point_at_the_value() {
+    misconfigured("[scoring]\ntemperature = 0", "2:15", &["`temperature`: 0 is out of range", "0 < x"]);
+    misconfigured("[scoring]\nlead = -1", "2:8", &["`lead`: -1 is out of range", "0 <= x"]);
+    misconfigured("[scoring]\nlead_over_richer = nan", "2:20", &["`lead_over_richer`: NaN is out of range"]);
+}
+
+#[test]
+fn a_rule_that_needs_what_a_model_does_not_give_names_both() {
+    let message = ["the rule \"likelihood\" compares evidence", "`rigid` (kind `thesis-rigid`)", "rule = \"cascade\""];
+    misconfigured("[scoring]\nrule = 'likelihood'\n[models.rigid]\nkind = 'thesis-rigid'", "2:8", &message);
+    misconfigured("[models.rigid]\nkind = 'thesis-rigid'", "1:1", &message);
+    let message = ["the model `cylindrical` is not in the cascade's order", "add it where it should be asked"];
+    misconfigured("[scoring]\nrule = 'cascade'", "1:1", &message);
+}
+
+#[test]
+fn settings_of_mechanisms_point_at_the_value() {
+    misconfigured("[models.free]\nparameters = 3", "2:14", &["`parameters`: 3 is out of range", "6 <= x <= 27"]);
+    misconfigured("[models.prismatic]\nbend = 0", "2:8", &["`bend`: 0 is out of range", "0 < x"]);
+    misconfigured("[models.revolute]\nswep = 3", "2:1", &["unknown key `swep`", "did you mean `sweep`?"]);
+    misconfigured("[motion]\nrobust = 'yes'", "2:10", &["`robust`: expected true or false, found the text \"yes\""]);
+}
+
+#[test]
+fn a_model_without_settings_refuses_keys_as_all_models_do() {
+    misconfigured("[models.rigid]\nsweep = 3", "2:1", &["unknown key `sweep`", "there are none here"]);
+}
+
+#[test]
 fn what_is_not_toml_points_at_the_place() {
     misconfigured("[motion\nnoise = 0", "1:8", &["this is not TOML"]);
     misconfigured("[motion]\nnoise = 0\nnoise = 1", "3:1", &["this is not TOML: duplicate key"]);
