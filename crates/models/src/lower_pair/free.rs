@@ -5,7 +5,11 @@ use nalgebra::Vector6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Mobility, judge::observations, random_effect, starts};
+use super::{
+    Mobility,
+    judge::{hidden_cost, observations},
+    random_effect, starts,
+};
 use crate::{Confidence, Departure, Evidence, FitError, Joint, JointFit, JointModel, joint_model, point_path};
 
 /// Free motion: the bodies are not connected; in results it is usually named `disconnected`.
@@ -42,11 +46,12 @@ impl JointModel for Free {
         let departures: Vec<Vector6<f64>> = series.poses().iter().map(|pose| twist::log(&(home * pose))).collect();
         let plays = series.ends().iter().any(|end| end.shift_play > 0.0);
         let mut fit = JointFit::new(Confidence::ONE, Joint::default()).with_residual(0.0);
+        let mobility = Mobility { turns: 3, slides: 3, parameters: usize::from(self.parameters) };
         fit.evidence = Some(Evidence {
             chi_squared: series.merged_cost(),
             configuration_cost: random_effect::cost(&departures, series.noise()),
-            prior_cost: 0.0,
-            mobility: Mobility { turns: 3, slides: 3, parameters: usize::from(self.parameters) },
+            prior_cost: hidden_cost(mobility, series),
+            mobility,
             freedom: 6.0 * (series.seen() - count) as f64,
             observations: observations(series),
             correlation_time: series.correlation_time(),

@@ -5,7 +5,7 @@ use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, U
 
 use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect, refit};
 use crate::{
-    Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Positions,
+    Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions,
 };
 
 /// Frames below which nothing is fitted.
@@ -29,6 +29,8 @@ const WRONG_TURN: f64 = 0.0122;
 const WRONG_PRICE: f64 = 4.0;
 /// Squared departure beyond which a joint is not the right one.
 const ADEQUATE: f64 = 25.0;
+/// Independent shapes of a slow departure over merged frames.
+const SLOW_SHAPES: f64 = 3.0;
 /// Coordinates that slow departures have in a recording, for the uncertainty of axes.
 const SLOW_FRAMES: f64 = 12.0;
 
@@ -108,7 +110,7 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     let mut evidence = Evidence {
         chi_squared: chi_squared + series.merged_cost(),
         configuration_cost: configuration_cost(mechanism, &ideal),
-        prior_cost: 0.0,
+        prior_cost: hidden_cost(mobility, series),
         mobility,
         freedom: freedom(mobility, series),
         observations: observations(series),
@@ -142,13 +144,23 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     Ok(judged)
 }
 
+/// Cost of a motion that no single frame shows: what rests is more likely at rest.
+pub(super) fn hidden_cost(mobility: Mobility, series: &PoseSeries) -> f64 {
+    const HIDDEN: f64 = 4.0;
+    let merged = series.poses().len() < series.seen();
+    if merged && mobility.turns + mobility.slides > 0 { HIDDEN } else { 0.0 }
+}
+
 /// Numbers that count as independent, for the price of parameters.
 pub(super) fn observations(series: &PoseSeries) -> f64 {
-    (6 * series.poses().len().min(INDEPENDENT_FRAMES)) as f64
+    let count = series.poses().len();
+    // Six numbers per pose; of the means of merged ones, which are as many as it takes to see any motion, fewer.
+    let each = if count < series.seen() { 5 } else { 6 };
+    (each * count.min(INDEPENDENT_FRAMES)) as f64
 }
 
 /// Numbers observed less numbers fitted: geometry and home pose, and the positions of every frame.
-fn freedom(mobility: super::Mobility, series: &PoseSeries) -> f64 {
+fn freedom(mobility: Mobility, series: &PoseSeries) -> f64 {
     let free = f64::from(mobility.turns + mobility.slides);
     // Mean and spread of the positions are parameters, but take nothing from the residuals.
     let fixed = mobility.parameters as f64 - free - free * (free + 1.0) / 2.0;
@@ -321,7 +333,9 @@ fn departure(
             found.misfit.0 = square.sqrt();
         }
     }
-    found.per_noise /= series.correlation_time();
+    // Of merged frames few are left, and play is shared out among the few shapes that a slow departure then can have.
+    let shapes = if series.poses().len() < series.seen() { SLOW_SHAPES } else { 1.0 };
+    found.per_noise /= series.correlation_time() * shapes;
     found
 }
 
@@ -501,7 +515,7 @@ impl JointFit {
         // An arc that turns no more than rails do says nothing about hinges.
         let prior_cost = bend_cost(turned, bend) - far_hinge_cost(turned.max(2.0 * bend), sweep);
         self.alternatives
-            .extend(arc.evidence.map(|evidence| Evidence { prior_cost, ..evidence }));
+            .extend(arc.evidence.map(|e| Evidence { prior_cost: e.prior_cost + prior_cost, ..e }));
         self
     }
 }
