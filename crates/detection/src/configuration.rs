@@ -122,7 +122,8 @@ impl Configuration {
                 "the rule \"likelihood\" compares evidence, and the model `{}` (kind `{}`) states none",
                 silent.name, silent.kind
             );
-            let help = "write rule = \"cascade\" under [scoring], or choose models that state evidence, such as `revolute`";
+            let help =
+                "write rule = \"cascade\" under [scoring], or choose models that state evidence, such as `revolute`";
             return Err(SettingsError::at(span, message).help(help));
         }
         let names: Vec<&str> = models.iter().map(|model| model.name.as_str()).collect();
@@ -268,7 +269,8 @@ mod tests {
     fn an_empty_configuration_means_all_lower_pairs_by_likelihood() {
         let configuration = parse("").expect("valid");
         let names: Vec<_> = configuration.models.iter().map(|m| (m.name.as_str(), m.kind.as_str())).collect();
-        let own = ["cylindrical", "planar", "prismatic", "revolute", "rigid", "screw", "spherical"].map(|name| (name, name));
+        let own =
+            ["cylindrical", "planar", "prismatic", "revolute", "rigid", "screw", "spherical"].map(|name| (name, name));
         let mut expected = [own.as_slice(), &[("disconnected", "free")]].concat();
         expected.sort_unstable();
         assert_eq!(names, expected);

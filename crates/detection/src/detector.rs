@@ -83,7 +83,9 @@ fn left_out(motion: &BodyMotion<'_>, labels: &[String]) -> Vec<String> {
     }
     match motion.jumps() {
         0 => {}
-        count => notes.push(format!("{name}: the tracked pose jumps in {count} frames, which were smoothed or left out")),
+        count => {
+            notes.push(format!("{name}: the tracked pose jumps in {count} frames, which were smoothed or left out"));
+        }
     }
     if motion.unposed().is_none() && motion.line().is_some() {
         notes.push(format!("{name}: its features lie nearly on one line; the turn about it is not seen"));
@@ -249,7 +251,8 @@ impl Detector {
     /// What the models find, what the rule concludes, and what must be said about how the motion was taken.
     fn weighed(&self, motion: &RelativeMotion<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Option<String>) {
         let (models, verdict) = self.weigh(motion);
-        let Some(series) = motion.pose_series().filter(|_| matches!(self.configuration.rule, Rule::Likelihood(_))) else {
+        let Some(series) = motion.pose_series().filter(|_| matches!(self.configuration.rule, Rule::Likelihood(_)))
+        else {
             return (models, verdict, None);
         };
         if series.tracked()
@@ -268,7 +271,8 @@ impl Detector {
                 let (merged_models, merged_verdict) = self.weigh(&motion);
                 if likeliest(&merged_models) < likeliest(&models) {
                     (models, verdict) = (merged_models, merged_verdict);
-                    note = Some("the motion of single frames drowns in their noise: successive frames were merged".into());
+                    note =
+                        Some("the motion of single frames drowns in their noise: successive frames were merged".into());
                 }
             }
         }
@@ -304,9 +308,7 @@ fn fits_within(series: &PoseSeries, models: &BTreeMap<String, ModelFinding>, ver
         (1..6).contains(&freedom)
     });
     let small = |part: &str, noise: f64| fit.parts.get(part).is_some_and(|misfit| *misfit < SHARE * noise);
-    constrained
-        && small("misfit_distance", series.ends()[0].shift_noise)
-        && small("misfit_angle", series.turn_noise())
+    constrained && small("misfit_distance", series.ends()[0].shift_noise) && small("misfit_angle", series.turn_noise())
 }
 
 /// Tells the richer joint that the data show beyond the verdict's.
@@ -347,7 +349,9 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
     }
     if let Some(series) = motion.pose_series().filter(|_| verdict.cost.is_some()) {
         if series.vague() {
-            doubts.push("the turn of a body about the line of its features is not seen; track a feature beside it".into());
+            doubts.push(
+                "the turn of a body about the line of its features is not seen; track a feature beside it".into(),
+            );
         }
         if series.is_below_noise() && verdict.joint != "rigid" {
             doubts.push("the motion stays below the noise; record more motion".into());

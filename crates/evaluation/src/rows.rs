@@ -279,9 +279,10 @@ fn imperfect_joints() -> Row {
         share(Cell::new(format!("bent by {} % of the travel", 100.0 * bend), &["prismatic", "revolute"], &options))
     };
     let play = |millimetres: f64| {
-        let options = SceneOptions { play: Some(millimetres / 1000.0), ..long.clone() };
+        // A random motion within a range has about half of it as the root mean square of its length in space.
+        let options = SceneOptions { play: Some(2.0 * millimetres / 1000.0), ..long.clone() };
         let scenes = ["prismatic", "revolute", "spherical", "planar"];
-        share(Cell::new(format!("wanders within {millimetres} mm"), &scenes, &options))
+        share(Cell::new(format!("wanders by {millimetres} mm rms"), &scenes, &options))
     };
     let skin = |millimetres: f64| {
         let options = SceneOptions { skin: Some(millimetres / 1000.0), ..long.clone() };
@@ -295,7 +296,7 @@ fn imperfect_joints() -> Row {
     };
     let filtered = SceneOptions { filter: Some(2.0), noise: Some(0.003), ..long.clone() };
     let filtered = share(Cell::new("filtered over 2 frames, 3 mm", &TYPES, &filtered));
-    let cells = [0.005, 0.01].map(bend).into_iter().chain([1.0, 3.0, 7.0].map(play)).chain([2.0, 5.0].map(skin));
+    let cells = [0.005, 0.01].map(bend).into_iter().chain([0.5, 1.0, 2.0].map(play)).chain([2.0, 5.0].map(skin));
     Row::new("A21", "imperfect joints, 0.3 mm, 200 frames", cells.chain([filtered]).collect())
 }
 

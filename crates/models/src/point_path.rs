@@ -8,9 +8,7 @@ use jointscope_motion::RelativeMotion;
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Unit, Vector3};
 
 use crate::lower_pair::{bend_cost, far_hinge_cost, misfit};
-use crate::{
-    Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions,
-};
+use crate::{Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions};
 
 /// Frames below which a path says nothing.
 const FEWEST: usize = 4;
@@ -66,9 +64,8 @@ impl Path {
         };
         let frames = taken.iter().map(|&k| trajectory.frames[k]).collect();
         let points: Vec<Vector3<f64>> = taken.iter().map(|&k| trajectory.points[k].coords).collect();
-        let middle = Vector3::from_fn(|axis, _| {
-            misfit::quantile(&mut points.iter().map(|p| p[axis]).collect::<Vec<_>>(), 0.5)
-        });
+        let middle =
+            Vector3::from_fn(|axis, _| misfit::quantile(&mut points.iter().map(|p| p[axis]).collect::<Vec<_>>(), 0.5));
         let mut distances: Vec<f64> = points.iter().map(|p| (p - middle).norm()).collect();
         let reach = 2.0 * misfit::quantile(&mut distances.clone(), 0.95) + 1e-12;
         let mut kept: Vec<bool> = distances.drain(..).map(|distance| distance <= reach).collect();
@@ -253,8 +250,11 @@ fn round(motion: &RelativeMotion<'_>, sweep: f64, rises: bool) -> Result<JointFi
     let (positions, backwards) = path.positions(&angles);
     let normal = best.normal();
     let direction = path.direction(if backwards { -normal } else { normal });
-    let axis =
-        Axis { point: path.out(best.centre()), direction: Some(direction), pitch: Some(if rises { best.pitch() } else { 0.0 }) };
+    let axis = Axis {
+        point: path.out(best.centre()),
+        direction: Some(direction),
+        pitch: Some(if rises { best.pitch() } else { 0.0 }),
+    };
     let joint = Joint { axis: Some(axis), positions: Some(positions) };
     let mobility = Mobility { turns: 1, slides: 0, parameters: if rises { 9 } else { 7 } };
     let mut fit = path.fit(&best.residuals(), 2.0, &[arc], mobility, path.play, joint)?;
@@ -279,16 +279,16 @@ pub(crate) fn plane(motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
     let mobility = Mobility { turns: 1, slides: 2, parameters: 10 };
     let joint = Joint { axis: Some(axis), positions: None };
     let mut fit = path.fit(&residuals, 1.0, &[variances.x, variances.y], mobility, path.play, joint)?;
-    let angle = (variances.z.max(path.noise.powi(2)) / SLOW_FRAMES.min(path.count()) / variances.y.max(f64::MIN_POSITIVE))
-        .sqrt()
-        .min(std::f64::consts::FRAC_PI_2);
+    let angle =
+        (variances.z.max(path.noise.powi(2)) / SLOW_FRAMES.min(path.count()) / variances.y.max(f64::MIN_POSITIVE))
+            .sqrt()
+            .min(std::f64::consts::FRAC_PI_2);
     fit.axis_uncertainty = Some(AxisUncertainty { angle: Some(angle), distance: None });
     // A plane is also a sphere of which little is seen.
     let sphere = sphere(motion, 1.0)?;
     let turned = sphere.parts.get("sweep").copied().unwrap_or(0.0);
-    fit.alternatives.extend(
-        sphere.evidence.map(|evidence| Evidence { prior_cost: (turned / 8.0).powi(2), ..evidence }),
-    );
+    fit.alternatives
+        .extend(sphere.evidence.map(|evidence| Evidence { prior_cost: (turned / 8.0).powi(2), ..evidence }));
     Ok(fit)
 }
 
@@ -308,9 +308,9 @@ pub(crate) fn sphere(motion: &RelativeMotion<'_>, sweep: f64) -> Result<JointFit
     let scale = normal.diagonal().map(|x| x.max(f64::MIN_POSITIVE).sqrt().recip());
     let scaled = nalgebra::Matrix4::from_fn(|row, column| normal[(row, column)] * scale[row] * scale[column])
         + nalgebra::Matrix4::identity() * 1e-13;
-    let solution = scaled
-        .cholesky()
-        .map_or_else(nalgebra::Vector4::zeros, |factor| factor.solve(&right.component_mul(&scale)).component_mul(&scale));
+    let solution = scaled.cholesky().map_or_else(nalgebra::Vector4::zeros, |factor| {
+        factor.solve(&right.component_mul(&scale)).component_mul(&scale)
+    });
     let centre = solution.fixed_rows::<3>(0).into_owned();
     let radius = (solution[3] + centre.norm_squared()).max(1e-12).sqrt();
     let residuals: Vec<f64> = path.places.iter().map(|p| ((p - centre).norm() - radius).abs()).collect();

@@ -11,7 +11,8 @@ use crate::poses::{Shape, chained, chained_from_the_best, first, settle, spread}
 use crate::robust::{Registered, register_robustly};
 use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
-    Body, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, Tracks, depth, noise, tracked::without_jumps,
+    Body, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, Tracks, depth, noise,
+    tracked::without_jumps,
 };
 
 /// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
@@ -309,13 +310,18 @@ impl<'r> BodyMotion<'r> {
             let features = self.tracks.features();
             let Some(registered) = &self.registered else {
                 let Some(line) = &self.line else { return vec![Matrix6::zeros(); self.poses.len()] };
-                return of_registered(&self.tracks, &line.poses, &line.shape, |_, _| true, self.sound_spread(), &centre);
+                return of_registered(
+                    &self.tracks,
+                    &line.poses,
+                    &line.shape,
+                    |_, _| true,
+                    self.sound_spread(),
+                    &centre,
+                );
             };
             let used = |frame: usize, feature: usize| registered.used[frame * features + feature];
-            let (poses, shape) = self
-                .line
-                .as_ref()
-                .map_or((&registered.poses, &registered.shape), |line| (&line.poses, &line.shape));
+            let (poses, shape) =
+                self.line.as_ref().map_or((&registered.poses, &registered.shape), |line| (&line.poses, &line.shape));
             of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
         })
     }
@@ -368,7 +374,7 @@ impl<'r> BodyMotion<'r> {
         if self.tracked.is_some() {
             return self.pose_radius;
         }
-        2.0 * self.features_about_centre().iter().map(|p| p.norm()).fold(0.0, f64::max)
+        2.0 * self.features_about_centre().iter().map(Vector3::norm).fold(0.0, f64::max)
     }
 
     /// Whether this is the world: a body that rests by definition.

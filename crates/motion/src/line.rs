@@ -47,7 +47,8 @@ impl Line {
         let first: Vec<&Point3<f64>> =
             tracks.seen(start).filter(|&(f, _)| counts(start, f)).map(|(_, position)| position).collect();
         let centre = first.iter().map(|p| p.coords).sum::<Vector3<f64>>() / first.len() as f64;
-        let scatter = first.iter().map(|p| (p.coords - centre) * (p.coords - centre).transpose()).sum::<nalgebra::Matrix3<f64>>();
+        let scatter =
+            first.iter().map(|p| (p.coords - centre) * (p.coords - centre).transpose()).sum::<nalgebra::Matrix3<f64>>();
         let eigen = scatter.symmetric_eigen();
         let direction: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
         if eigen.eigenvalues.max() <= 0.0 {

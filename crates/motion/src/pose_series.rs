@@ -85,8 +85,7 @@ impl PoseSeries {
         let (reference, moving) =
             if reversed { (asked_moving, asked_reference) } else { (asked_reference, asked_moving) };
         let both = reference.likely_poses().iter().zip(moving.likely_poses()).enumerate();
-        let common: Vec<(usize, Pose, Pose)> =
-            both.filter_map(|(frame, (r, m))| Some((frame, (*r)?, (*m)?))).collect();
+        let common: Vec<(usize, Pose, Pose)> = both.filter_map(|(frame, (r, m))| Some((frame, (*r)?, (*m)?))).collect();
         let (_, first_reference, first_moving) = common.first()?;
         let moving_origin = moving.centre().coords;
         let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
@@ -190,8 +189,7 @@ impl PoseSeries {
     /// Noise of the position of a body's centre as seen from the other body, metres per coordinate.
     fn shift_noise_at(&self, centre: &Vector3<f64>, of_reference: bool) -> f64 {
         let of_pose = |(noise, pose): (&Matrix6<f64>, &Pose)| {
-            let lever =
-                if of_reference { (pose.inverse() * Point3::from(*centre)).coords } else { Vector3::zeros() };
+            let lever = if of_reference { (pose.inverse() * Point3::from(*centre)).coords } else { Vector3::zeros() };
             carried(noise, &-lever).fixed_view::<3, 3>(3, 3).trace() / 3.0
         };
         median(self.noise.iter().zip(&self.poses).map(of_pose).collect()).sqrt()

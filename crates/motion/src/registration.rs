@@ -93,8 +93,7 @@ where
             let p = axes.left.tr_mul(&(p.coords - source_centroid));
             let q = axes.right.tr_mul(&(q.coords - target_centroid));
             within += p * weight * q.transpose();
-            off_lines =
-                [off_lines[0] + weight * p.yz().norm_squared(), off_lines[1] + weight * q.yz().norm_squared()];
+            off_lines = [off_lines[0] + weight * p.yz().norm_squared(), off_lines[1] + weight * q.yz().norm_squared()];
         }
         // The covariance holds the product of both clouds' thickness: a thick one must not hide that the other is a
         // line up to rounding.

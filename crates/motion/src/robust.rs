@@ -200,8 +200,7 @@ impl<'t> State<'t> {
             let (turn, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
             for (feature, position) in self.tracks.seen(frame) {
                 let Some(place) = self.shape[feature] else { continue };
-                self.residuals[frame * features + feature] =
-                    (position.coords - turn * place.coords - shift).norm();
+                self.residuals[frame * features + feature] = (position.coords - turn * place.coords - shift).norm();
             }
         }
     }

@@ -111,6 +111,12 @@ pub struct MotionSettings {
 
 impl Default for MotionSettings {
     fn default() -> Self {
-        Self { registration: Registration::default(), robust: true, noise: NoiseSetting::default(), play: Play::default(), pose_radius: 0.1 }
+        Self {
+            registration: Registration::default(),
+            robust: true,
+            noise: NoiseSetting::default(),
+            play: Play::default(),
+            pose_radius: 0.1,
+        }
     }
 }

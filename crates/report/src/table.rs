@@ -104,16 +104,19 @@ fn point(pair: &PairDetection) -> Vec<String> {
     pair.axis.map_or_else(Vec::new, |axis| coordinates(axis.point.coords.into()))
 }
 
-/// From least to greatest position, in degrees where the joint turns.
+/// From least to greatest position, in degrees where the joint turns: all positions about a point or with a pitch, the
+/// first of several about an axis.
 fn ranges(pair: &PairDetection) -> Vec<String> {
     let (Some(axis), Some(ranges)) = (pair.axis, pair.positions.as_ref().and_then(Positions::ranges)) else {
         return Vec::new();
     };
     let freedoms = ranges.len();
     let range = |(index, [least, most]): (usize, [f64; 2])| {
-        let (unit, [least, most]) = match axis.pitch {
-            Some(_) => ("deg", [least, most].map(|angle| number(angle.to_degrees(), 1))),
-            None => ("m", [least, most].map(|length| number(length, 3))),
+        let turns = axis.pitch.is_some() || axis.direction.is_none() || (index == 0 && freedoms > 1);
+        let (unit, [least, most]) = if turns {
+            ("deg", [least, most].map(|angle| number(angle.to_degrees(), 1)))
+        } else {
+            ("m", [least, most].map(|length| number(length, 3)))
         };
         let comma = if index + 1 < freedoms { "," } else { "" };
         [least, "..".into(), most, format!("{unit}{comma}")]

@@ -75,7 +75,14 @@ impl Cascade {
         let joints = self.order.iter().chain([&self.otherwise]);
         let share = 1.0 / (self.order.len() + 1) as f64;
         let confidences = joints.map(|joint| (joint.clone(), share)).collect();
-        Verdict { joint: self.otherwise.clone(), confidence: share, confidences, doubts: Vec::new(), richer: None, cost: None }
+        Verdict {
+            joint: self.otherwise.clone(),
+            confidence: share,
+            confidences,
+            doubts: Vec::new(),
+            richer: None,
+            cost: None,
+        }
     }
 }
 

@@ -50,7 +50,8 @@ impl Likelihood {
         }
         if let Some((name, prior)) = settings.priors.iter().find(|(_, prior)| !(prior.is_finite() && **prior > 0.0)) {
             let message = format!("the prior of `{name}` is {prior}, which is not a positive number");
-            let help = "priors are weights: 1 is as good as any, 2 twice as likely; to rule a joint out, leave its model out";
+            let help =
+                "priors are weights: 1 is as good as any, 2 twice as likely; to rule a joint out, leave its model out";
             return Err(RuleError { key: "priors", message, help: help.into() });
         }
         Ok(Self {
@@ -67,7 +68,11 @@ impl Likelihood {
         let mut candidates = self.candidates(findings);
         // The simplest first, so that of equals the simplest wins, and results stand in an order that makes sense.
         candidates.sort_by(|a, b| {
-            a.evidence.mobility.parameters.cmp(&b.evidence.mobility.parameters).then_with(|| a.name.cmp(b.name))
+            let size = |c: &Candidate<'_>| {
+                let mobility = c.evidence.mobility;
+                (mobility.parameters, mobility.turns + mobility.slides)
+            };
+            size(a).cmp(&size(b)).then_with(|| a.name.cmp(b.name))
         });
         let least = |candidates: &[Candidate<'_>]| candidates.iter().map(|c| c.cost).fold(f64::INFINITY, f64::min);
         let cheapest = least(&candidates);
@@ -120,7 +125,8 @@ impl Likelihood {
         for (name, evidence, charge) in charged {
             let prior = self.priors.get(name).copied().unwrap_or(1.0);
             let parameters = evidence.mobility.parameters as f64;
-            let cost = charge + parameters * evidence.observations.max(1.0).ln() + evidence.prior_cost - 2.0 * prior.ln();
+            let cost =
+                charge + parameters * evidence.observations.max(1.0).ln() + evidence.prior_cost - 2.0 * prior.ln();
             if cost.is_finite() && best.get(name).is_none_or(|other| cost < other.cost) {
                 best.insert(name, Candidate { name, evidence, charge, cost });
             }

@@ -65,7 +65,12 @@ pub struct Fitted {
 /// tell where it is.
 ///
 /// No frame and no iteration allocates.
-pub fn fit(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>], starts: &[Placement]) -> Option<Fitted> {
+pub fn fit(
+    mechanism: &dyn Mechanism,
+    poses: &[Pose],
+    whitening: &[Matrix6<f64>],
+    starts: &[Placement],
+) -> Option<Fitted> {
     let mut best: Option<State> = None;
     for start in starts {
         let mut state = State::new(mechanism, poses, whitening, *start, projected(mechanism, poses, start));
@@ -82,12 +87,7 @@ pub fn fit(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>]
 }
 
 /// Fits a mechanism with other weights, from where a fit of the same poses ended.
-pub fn refit(
-    mechanism: &dyn Mechanism,
-    poses: &[Pose],
-    whitening: &[Matrix6<f64>],
-    from: &Fitted,
-) -> Option<Fitted> {
+pub fn refit(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>], from: &Fitted) -> Option<Fitted> {
     let mut state = State::new(mechanism, poses, whitening, from.placement, from.positions.clone());
     state.iterate(mechanism, poses, whitening, ITERATIONS);
     state.cost.is_finite().then(|| state.finish(mechanism, poses, whitening))
@@ -189,8 +189,8 @@ impl State {
             let mut residual: Vector6<f64> = white * self.residuals[frame];
             let eliminated = &mut self.eliminated[frame];
             let twists = mechanism.twists(q, &constants);
-            for k in 0..freedoms {
-                let mut column: Vector6<f64> = along * twists[k];
+            for (k, twist) in twists.iter().enumerate().take(freedoms) {
+                let mut column: Vector6<f64> = along * twist;
                 for other in 0..k {
                     let share = eliminated.basis.column(other).dot(&column);
                     eliminated.triangle[(other, k)] = share;
@@ -267,9 +267,9 @@ impl State {
             .iter()
             .map(|eliminated| {
                 let mut triangle = Matrix3::identity();
-                triangle.view_mut((0, 0), (freedoms, freedoms)).copy_from(
-                    &eliminated.triangle.view((0, 0), (freedoms, freedoms)),
-                );
+                triangle
+                    .view_mut((0, 0), (freedoms, freedoms))
+                    .copy_from(&eliminated.triangle.view((0, 0), (freedoms, freedoms)));
                 (0..3).for_each(|column| (column + 1..3).for_each(|row| triangle[(row, column)] = 0.0));
                 let inverse = triangle.try_inverse().unwrap_or_else(Matrix3::identity);
                 inverse * inverse.transpose()

@@ -4,9 +4,7 @@ use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, twist, twist::Twi
 use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Unit, Vector3};
 
 use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect, refit};
-use crate::{
-    Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions,
-};
+use crate::{Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions};
 
 /// Frames below which nothing is fitted.
 const FEWEST: usize = 3;
@@ -134,11 +132,8 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
             }
         }
         judged.misfit = departure.misfit;
-        evidence.departure = Some(Departure {
-            squared: departure.squared,
-            per_noise: departure.per_noise,
-            adequate: ADEQUATE,
-        });
+        evidence.departure =
+            Some(Departure { squared: departure.squared, per_noise: departure.per_noise, adequate: ADEQUATE });
         judged.evidence = evidence;
     }
     Ok(judged)
@@ -238,6 +233,15 @@ fn robust(
     Some((fitted, weights))
 }
 
+/// The first positions of every frame, and their noise.
+fn cut<const D: usize>(
+    positions: &[Vector3<f64>],
+    noise: &[nalgebra::Matrix3<f64>],
+) -> (Vec<SVector<f64, D>>, Vec<SMatrix<f64, D, D>>) {
+    let positions = positions.iter().map(|q| q.fixed_rows::<D>(0).into_owned()).collect();
+    (positions, noise.iter().map(|noise| noise.fixed_view::<D, D>(0, 0).into_owned()).collect())
+}
+
 /// Price of the positions.
 fn configuration_cost(mechanism: &dyn Mechanism, fitted: &Fitted) -> f64 {
     /// A turn from which angles are compared on the circle, as rotations are, radians.
@@ -246,11 +250,9 @@ fn configuration_cost(mechanism: &dyn Mechanism, fitted: &Fitted) -> f64 {
     let turns = positions.iter().map(|q| q.x);
     let range = turns.clone().fold(f64::NEG_INFINITY, f64::max) - turns.fold(f64::INFINITY, f64::min);
     if mechanism.mobility().turns == 1 && range > FULL {
-        positions.iter_mut().for_each(|q| q.x -= std::f64::consts::TAU * (q.x / std::f64::consts::TAU).round());
-    }
-    fn cut<const D: usize>(positions: &[Vector3<f64>], noise: &[nalgebra::Matrix3<f64>]) -> (Vec<SVector<f64, D>>, Vec<SMatrix<f64, D, D>>) {
-        let positions = positions.iter().map(|q| q.fixed_rows::<D>(0).into_owned()).collect();
-        (positions, noise.iter().map(|noise| noise.fixed_view::<D, D>(0, 0).into_owned()).collect())
+        for q in &mut positions {
+            q.x -= std::f64::consts::TAU * (q.x / std::f64::consts::TAU).round();
+        }
     }
     match mechanism.freedoms() {
         0 => 0.0,
@@ -400,12 +402,7 @@ fn uncertainty(
 }
 
 /// The joint as asked for: axis in the coordinates of the reference and in those of the moving body, and positions.
-fn joint_of(
-    mechanism: &dyn Mechanism,
-    series: &PoseSeries,
-    fitted: &Fitted,
-    frames: usize,
-) -> (Joint, Option<Axis>) {
+fn joint_of(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, frames: usize) -> (Joint, Option<Axis>) {
     let Placement { joint, home, constants } = fitted.placement;
     let mut rows = positions(mechanism, series, fitted, frames);
     let backwards = mechanism.freedoms() == 1 && rows.as_mut().is_some_and(turn_to_positive);
@@ -438,12 +435,7 @@ fn joint_of(
 }
 
 /// Positions of every frame of the recording, counted from the first; NaN where the pair is not seen.
-fn positions(
-    mechanism: &dyn Mechanism,
-    series: &PoseSeries,
-    fitted: &Fitted,
-    frames: usize,
-) -> Option<DVector<f64>> {
+fn positions(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, frames: usize) -> Option<DVector<f64>> {
     let freedoms = mechanism.freedoms();
     if freedoms == 0 {
         return None;
@@ -514,8 +506,7 @@ impl JointFit {
         self.parts.insert("bend", turned);
         // An arc that turns no more than rails do says nothing about hinges.
         let prior_cost = bend_cost(turned, bend) - far_hinge_cost(turned.max(2.0 * bend), sweep);
-        self.alternatives
-            .extend(arc.evidence.map(|e| Evidence { prior_cost: e.prior_cost + prior_cost, ..e }));
+        self.alternatives.extend(arc.evidence.map(|e| Evidence { prior_cost: e.prior_cost + prior_cost, ..e }));
         self
     }
 }

@@ -56,18 +56,18 @@ mod spherical;
 pub mod starts;
 mod universal;
 
+pub use crate::Mobility;
 pub use cylindrical::Cylindrical;
 pub use engine::{Fitted, Placement, fit, refit};
 pub use free::Free;
-pub(crate) use judge::{bend_cost, far_hinge_cost};
 pub use judge::{Judged, judge, judge_series};
+pub(crate) use judge::{bend_cost, far_hinge_cost};
 pub use planar::Planar;
 pub use prismatic::Prismatic;
 pub use revolute::Revolute;
 pub use rigid::Rigid;
 pub use screw::Screw;
 pub use spherical::Spherical;
-pub use crate::Mobility;
 pub use universal::Universal;
 
 use std::fmt::Debug;

@@ -138,11 +138,7 @@ pub fn with_pitch(series: &PoseSeries, starts: Vec<Placement>) -> Vec<Placement>
         let square: f64 = pairs.iter().map(|(q, _)| (q - mean.0).powi(2)).sum();
         let pitch = (product / square.max(1e-12)).clamp(-LARGEST_PITCH, LARGEST_PITCH);
         let lift = start.joint.rotation * Vector3::z() * (mean.1 - pitch * mean.0);
-        Placement {
-            home: Translation3::from(lift) * start.home,
-            constants: Vector2::new(pitch, 0.0),
-            ..start
-        }
+        Placement { home: Translation3::from(lift) * start.home, constants: Vector2::new(pitch, 0.0), ..start }
     };
     starts.into_iter().map(pitched).collect()
 }

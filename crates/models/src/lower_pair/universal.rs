@@ -50,7 +50,9 @@ impl Mechanism for Universal {
         let first = x.y.atan2(x.x);
         let (sin, cos) = first.sin_cos();
         let second = (sin * z.x - cos * z.y).atan2(z.z);
-        let near = |angle: f64, before: f64| angle + std::f64::consts::TAU * ((before - angle) / std::f64::consts::TAU).round();
+        let near = |angle: f64, before: f64| {
+            angle + std::f64::consts::TAU * ((before - angle) / std::f64::consts::TAU).round()
+        };
         Vector3::new(near(first, previous.x), near(second, previous.y), 0.0)
     }
 

@@ -24,7 +24,8 @@ const NOISE: f64 = 0.001;
 
 /// Builds the scene of an experiment.
 pub(crate) fn build(experiment: &Experiment, options: &SceneOptions) -> Result<Scene, SceneError> {
-    let useless = ["sweep_deg", "travel", "body_size", "axis_distance", "base_distance", "still_base", "poses", "body_shape"];
+    let useless =
+        ["sweep_deg", "travel", "body_size", "axis_distance", "base_distance", "still_base", "poses", "body_shape"];
     options.refuse(experiment.scene, &useless)?;
     let stage = (experiment.stage)(options);
     Ok(stage.into_scene(experiment.scene, options.sensor(NOISE)))
