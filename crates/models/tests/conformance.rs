@@ -201,7 +201,7 @@ refused!(an_uncertainty_of_no_direction_is_found, "a direction's uncertainty is 
 refused!(
     an_axis_that_does_not_turn_as_surely_as_it_says_is_found,
     "axes turn with the recording's coordinates",
-    |motion| { Ok(with_uncertainty(with_axis(Vector3::z_axis(), None, motion), Some(0.01), None)) }
+    |motion| Ok(with_uncertainty(with_axis(Vector3::z_axis(), None, motion), Some(0.01), None))
 );
 
 #[test]
