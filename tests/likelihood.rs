@@ -88,7 +88,7 @@ fn world() -> impl Strategy<Value = Pose> {
 /// The same recording with other frames, features or places.
 fn remade(
     recording: &Recording,
-    frames: impl Iterator<Item = usize> + Clone,
+    frames: &(impl Iterator<Item = usize> + Clone),
     features: impl Fn(usize) -> Vec<usize>,
     place: impl Fn(&Point3<f64>) -> Point3<f64>,
 ) -> Recording {
@@ -110,7 +110,7 @@ fn all(features: usize) -> Vec<usize> {
 }
 
 fn placed(recording: &Recording, place: impl Fn(&Point3<f64>) -> Point3<f64>) -> Recording {
-    remade(recording, 0..recording.frames(), all, place)
+    remade(recording, &(0..recording.frames()), all, place)
 }
 
 impl Nominal {
@@ -207,7 +207,7 @@ proptest! {
             let turned = (0..features).map(|feature| (feature + shift) % features);
             if reverse { turned.rev().collect() } else { turned.collect() }
         };
-        let changed = remade(&nominal.recording, 0..nominal.recording.frames(), shuffled, |p| *p);
+        let changed = remade(&nominal.recording, &(0..nominal.recording.frames()), shuffled, |p| *p);
         let (before, after) = (nominal.detected(&nominal.recording), nominal.detected(&changed));
         same_verdict(&before, &after, ROUNDING)?;
         same_axis(&before, before.axis, after.axis, 1.0, ROUNDING)?;
@@ -258,7 +258,7 @@ proptest! {
         let (frames, times, mut bodies) = scene.recording.into_parts();
         let recording = Recording::new(frames, times, vec![bodies.remove(1)]).expect("one body");
         let nominal = Nominal { joint, options, recording };
-        let backwards = remade(&nominal.recording, (0..nominal.recording.frames()).rev(), all, |p| *p);
+        let backwards = remade(&nominal.recording, &(0..nominal.recording.frames()).rev(), all, |p| *p);
         let (before, after) = (nominal.detected(&nominal.recording), nominal.detected(&backwards));
         prop_assume!(!sees_a_ray(&before) && !sees_a_ray(&after));
         same_verdict(&before, &after, if joint == "rigid" { OTHER_RUNS } else { nominal.confidence() })?;
