@@ -66,7 +66,7 @@ fn still(_: f64) -> Pose {
 }
 
 /// Samples of a body, frame by frame.
-fn samples(shape: &[[f64; 3]], frames: usize, noise: f64, seed: u64, motion: fn(f64) -> Pose) -> Vec<Vec<Point3<f64>>> {
+fn samples(shape: &[[f64; 3]], frames: usize, noise: f64, seed: u64, motion: Motion) -> Vec<Vec<Point3<f64>>> {
     let mut random = Random(seed);
     let mut frame = |t: usize| {
         let pose = motion(t as f64 / (frames - 1).max(1) as f64);
@@ -124,7 +124,10 @@ fn along_the_axis(pair: &PairDetection, what: &str) {
     assert!(off <= ANGLE, "{what}: the axis is {off} rad off");
 }
 
-const KINDS: [(&str, fn(f64) -> Pose); 3] = [("rigid", still), ("prismatic", slide), ("revolute", swing)];
+/// Where a body is by the share of the recording that has passed.
+type Motion = fn(f64) -> Pose;
+
+const KINDS: [(&str, Motion); 3] = [("rigid", still), ("prismatic", slide), ("revolute", swing)];
 
 /// Shapes of few features, or of many on one line, beside the hinge.
 fn thin_shapes() -> Vec<(&'static str, Vec<[f64; 3]>)> {
@@ -389,7 +392,7 @@ fn any_body(name: &'static str, frames: usize) -> impl Strategy<Value = Body> {
         2 => prop::sample::select(vec![0.0, 1.0, -0.0]),
         1 => prop::sample::select(vec![f64::NAN, 1e-300, 1e30, 1e-9]),
     ];
-    let motion = prop::sample::select(vec![still as fn(f64) -> Pose, slide, swing]);
+    let motion = prop::sample::select(vec![still as Motion, slide, swing]);
     let noise = prop::sample::select(vec![0.0, 1e-12, 1e-3, 0.3]);
     let shape = (1..5_usize)
         .prop_flat_map(move |features| (prop::collection::vec(prop::array::uniform3(-0.5..0.5), features), 0..4_u8));
@@ -399,7 +402,9 @@ fn any_body(name: &'static str, frames: usize) -> impl Strategy<Value = Body> {
         "seen",
         move |((mut shape, flatness), motion, noise, seed, wild)| {
             // From a cloud to a plate, a rod, a point.
-            shape.iter_mut().for_each(|p: &mut [f64; 3]| p[..usize::from(flatness)].fill(0.25));
+            for p in &mut shape {
+                p[..usize::from(flatness)].fill(0.25);
+            }
             let mut samples = samples(&shape, frames, noise, seed, motion);
             for (frame, feature, place) in wild {
                 let feature = feature.index(shape.len());
