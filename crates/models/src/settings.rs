@@ -220,7 +220,7 @@ fn check(value: &Value<'_>, schema: &Json, root: &Json, key: &str) -> Result<(),
             for (name, item) in table {
                 match known.and_then(|known| known.get(name.as_ref().as_ref())).or(others) {
                     Some(schema) => check(item, schema, root, name.as_ref())?,
-                    None if known.is_some() => {
+                    None if known.is_some() || schema.get("additionalProperties") == Some(&Json::Bool(false)) => {
                         let keys: Vec<&str> = known.into_iter().flatten().map(|(key, _)| key.as_str()).collect();
                         return Err(unknown("key", name.as_ref(), name.span(), &keys));
                     }

@@ -8,6 +8,8 @@ use crate::{Pose, Tracks, noise::Spread};
 
 /// Ratio of the variances along and across the ray within which noise counts as equal in all directions.
 const EQUAL: std::ops::Range<f64> = 0.6..1.6;
+/// Standard deviations by which the ratio must differ from 1.
+const CHANCE: f64 = 4.0;
 /// Rounds of estimating noise, poses and shape in turn.
 const ROUNDS: usize = 7;
 /// Rounds after which samples are judged anew: the equal noise before has cut the tail along the ray.
@@ -34,10 +36,11 @@ pub(crate) fn refine(tracks: &Tracks, body: &mut Registered, sigma: f64) -> Spre
             step_poses(tracks, &mut poses, &shape, &used, &spread);
             step_shape(tracks, &poses, &mut shape, &used, &spread);
         }
-        let estimated = spread_of(tracks, &poses, &shape, &used, &spread);
+        let (estimated, chance) = spread_of(tracks, &poses, &shape, &used, &spread);
         let floor = 1e-6 * sigma;
         spread = Spread { across: estimated.across.max(floor), along: estimated.along.max(floor) };
-        if round == 0 && EQUAL.contains(&(spread.along / spread.across).powi(2)) {
+        let ratio = (spread.along / spread.across).powi(2);
+        if round == 0 && (EQUAL.contains(&ratio) || ratio.ln().abs() < CHANCE * chance) {
             return equal;
         }
         if JUDGED_ANEW.contains(&round) {
@@ -142,13 +145,14 @@ fn step_shape(
     }
 }
 
+/// Noise along and across the ray, and the standard deviation that chance gives the logarithm of their variances' ratio.
 fn spread_of(
     tracks: &Tracks,
     poses: &[Option<Pose>],
     shape: &[Option<Point3<f64>>],
     used: &[bool],
     spread: &Spread,
-) -> Spread {
+) -> (Spread, f64) {
     let mut counts = vec![0.0; shape.len()];
     for (frame, pose) in poses.iter().enumerate() {
         let Some(pose) = pose else { continue };
@@ -178,5 +182,6 @@ fn spread_of(
         }
     }
     let sigma = |(sum, freedom): (f64, f64)| (sum / freedom.max(1.0)).sqrt();
-    Spread { across: sigma(across), along: sigma(along) }
+    let chance = (2.0 / along.1.max(1.0) + 2.0 / across.1.max(1.0)).sqrt();
+    (Spread { across: sigma(across), along: sigma(along) }, chance)
 }

@@ -99,6 +99,8 @@ struct State<'t> {
     weights: Vec<f64>,
     residuals: Vec<f64>,
     strays: Vec<bool>,
+    /// Frames that are observations of their own: an exact repetition of the one before says nothing new.
+    fresh: Vec<bool>,
     scratch: Vec<f64>,
 }
 
@@ -118,6 +120,7 @@ impl<'t> State<'t> {
             weights,
             residuals: vec![0.0; frames * features],
             strays: vec![false; features],
+            fresh: (0..frames).map(|frame| !tracks.repeats_previous(frame)).collect(),
             scratch: Vec::with_capacity(frames * features),
         }
     }
@@ -172,7 +175,7 @@ impl<'t> State<'t> {
         let features = self.shape.len();
         let mut sums = vec![(0.0, Vector3::zeros()); features];
         for (frame, pose) in self.poses.iter().enumerate() {
-            let Some(back) = pose.map(|pose| pose.inverse()) else { continue };
+            let Some(back) = pose.filter(|_| self.fresh[frame]).map(|pose| pose.inverse()) else { continue };
             let (turn, shift) = (back.rotation.to_rotation_matrix(), back.translation.vector);
             for (feature, position) in self.tracks.seen(frame) {
                 let weight = self.weights[frame * features + feature];
@@ -207,7 +210,7 @@ impl<'t> State<'t> {
 
     /// The samples that can be judged: seen, in a posed frame, of a known feature.
     fn judged(&self) -> impl Iterator<Item = (usize, usize)> {
-        let posed = self.poses.iter().enumerate().filter(|(_, pose)| pose.is_some());
+        let posed = self.poses.iter().enumerate().filter(|(frame, pose)| pose.is_some() && self.fresh[*frame]);
         posed.flat_map(|(frame, _)| self.tracks.seen(frame).map(move |(feature, _)| (frame, feature)))
     }
 
@@ -235,7 +238,7 @@ impl<'t> State<'t> {
             let square = self.residuals[frame * features + feature].powi(2);
             (count, sum, worst) = (count + 1, sum + square, worst.max(square));
         }
-        let frames = self.poses.iter().flatten().count();
+        let frames = self.poses.iter().zip(&self.fresh).filter(|(pose, fresh)| pose.is_some() && **fresh).count();
         let freedom = (3 * count + 6).saturating_sub(6 * frames + 3 * features).max(1);
         let Some(median) = self.median(None) else { return true };
         let rms = (sum / count.max(1) as f64).sqrt();

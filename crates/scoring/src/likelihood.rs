@@ -25,6 +25,15 @@ pub struct Likelihood {
     temperature: f64,
 }
 
+/// The usual order of joints, the simple ones first and free motion last; others stand before free motion.
+const ORDER: [&str; 9] =
+    ["rigid", "prismatic", "revolute", "screw", "cylindrical", "planar", "universal", "spherical", "elliptical"];
+
+fn place(name: &str) -> usize {
+    let last = ["disconnected", "free"].contains(&name);
+    ORDER.iter().position(|known| *known == name).unwrap_or(ORDER.len() + usize::from(last))
+}
+
 /// What one joint costs.
 struct Candidate<'f> {
     name: &'f str,
@@ -54,8 +63,10 @@ impl Likelihood {
                 "priors are weights: 1 is as good as any, 2 twice as likely; to rule a joint out, leave its model out";
             return Err(RuleError { key: "priors", message, help: help.into() });
         }
+        let mut names: Vec<String> = models.iter().map(ToString::to_string).collect();
+        names.sort_by_key(|name| (place(name), name.clone()));
         Ok(Self {
-            names: models.iter().map(ToString::to_string).collect(),
+            names,
             priors: settings.priors.clone(),
             lead: settings.lead,
             lead_over_richer: settings.lead_over_richer,
@@ -81,10 +92,12 @@ impl Likelihood {
         };
         let weight = |cost: f64| (-0.5 * (cost - cheapest) / self.temperature).exp();
         let sum: f64 = candidates.iter().map(|candidate| weight(candidate.cost)).sum();
-        let mut confidences: Vec<(String, f64)> =
-            candidates.iter().map(|candidate| (candidate.name.to_owned(), weight(candidate.cost) / sum)).collect();
-        let silent = self.names.iter().filter(|name| candidates.iter().all(|c| c.name != name.as_str()));
-        confidences.extend(silent.map(|name| (name.clone(), 0.0)));
+        // Models without evidence have no share; the order is that of the rule, the same for every pair.
+        let share = |name: &String| {
+            let candidate = candidates.iter().find(|candidate| candidate.name == name);
+            (name.clone(), candidate.map_or(0.0, |candidate| weight(candidate.cost) / sum))
+        };
+        let confidences = self.names.iter().map(share).collect();
         Verdict {
             joint: best.name.to_owned(),
             confidence: weight(best.cost) / sum,

@@ -422,9 +422,11 @@ fn joint_of(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, fra
         let direction = directed.then(|| Unit::new_normalize(z * sign));
         Some(Axis { point: Point3::from(point + origin), direction, pitch })
     };
-    // The moving body's centre at the first frame, seen from either body.
-    let in_reference = axis(joint, first.translation.vector, series.origin(), sign);
-    let in_moving = axis(home.inverse() * joint, Vector3::zeros(), series.moving_origin(), sign);
+    // The centre of the body asked to be the moving one at the first frame, seen from either body.
+    let centre = if series.reversed() { reference_centre(series) } else { first * Point3::origin() };
+    let in_reference = axis(joint, centre.coords, series.origin(), sign);
+    let seen_from_moving = (first.inverse() * centre).coords;
+    let in_moving = axis(home.inverse() * joint, seen_from_moving, series.moving_origin(), sign);
     let opposite = |axis: Axis| Axis { direction: axis.direction.map(|direction| -direction), ..axis };
     let (axis, other) = if series.reversed() {
         (in_moving.map(opposite), in_reference.map(opposite))
@@ -432,6 +434,11 @@ fn joint_of(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, fra
         (in_reference, in_moving)
     };
     (Joint { axis, positions }, other)
+}
+
+/// Centre of the series' reference body, in its coordinates.
+fn reference_centre(series: &PoseSeries) -> Point3<f64> {
+    Point3::from(series.ends().get(1).map_or_else(Vector3::zeros, |end| end.centre))
 }
 
 /// Positions of every frame of the recording, counted from the first; NaN where the pair is not seen.
@@ -446,8 +453,15 @@ fn positions(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, fr
     let (back, away) = (joint.inverse(), home.inverse() * joint);
     let mut previous = fitted.positions[0];
     let mut first: Option<Pose> = None;
-    let centre = joint.inverse() * home * Point3::origin();
-    let start = |first: &Pose| first * centre;
+    // The centre of the body asked to be the moving one, in joint coordinates.
+    let centre = if series.reversed() {
+        joint.inverse() * reference_centre(series)
+    } else {
+        joint.inverse() * home * Point3::origin()
+    };
+    // Seen from the other body everything runs backwards.
+    let seen = |h: &Pose| if series.reversed() { h.inverse() } else { *h };
+    let axes = if series.reversed() { home.rotation.inverse() * joint.rotation } else { joint.rotation };
     let mut origin = Vector3::zeros();
     for (index, (frame, pose)) in series.every_pose().iter().enumerate() {
         let q = if whole {
@@ -463,20 +477,13 @@ fn positions(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, fr
         });
         let shown = match mechanism.geometry(&constants) {
             Geometry::Plane => {
-                let moved = h * centre - start(&started);
-                let turn = q.x - origin.x;
-                // Seen from the other body everything runs backwards, in turned axes.
-                if series.reversed() {
-                    let back = started * h.inverse();
-                    let moved = back * start(&started) - start(&started);
-                    Vector3::new(turn, moved.x, moved.y)
-                } else {
-                    Vector3::new(turn, moved.x, moved.y)
-                }
+                let moved = seen(&h) * centre - seen(&started) * centre;
+                Vector3::new(q.x - origin.x, moved.x, moved.y)
             }
+            // In the axes of the body asked to be the reference.
             Geometry::Centre if mechanism.mobility().turns == 3 => {
-                let turned = twist::rotation_log(&(h * started.inverse()).rotation);
-                if series.reversed() { -turned } else { turned }
+                let turned = seen(&h) * seen(&started).inverse();
+                axes * twist::rotation_log(&turned.rotation)
             }
             _ => q - origin,
         };
