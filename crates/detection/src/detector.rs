@@ -51,6 +51,7 @@ impl<'r> Watched<'r> {
             _ => &[],
         };
         notes.extend(left_out(&motion, labels));
+        let few = few_and_wild(&motion);
         let doubt = motion.outlier().and_then(|outlier| {
             Some(format!(
                 "{name}: feature `{}` in frame {} is {:.3} m from where the rest of the body puts it, with a noise of \
@@ -61,8 +62,26 @@ impl<'r> Watched<'r> {
                 outlier.noise
             ))
         });
+        let doubt = doubt.or(few);
         Self { motion, notes, doubt }
     }
+}
+
+/// Says so if samples of a body are wild that shows too few features to tell which.
+fn few_and_wild(motion: &BodyMotion<'_>) -> Option<String> {
+    /// Features of which the majority can be told in every frame.
+    const ENOUGH: usize = 6;
+    /// Share of wild samples that even a few features tell apart: single ones stand out of their own path.
+    const MANY: f64 = 0.02;
+    let (tracks, features) = (motion.tracks(), motion.tracks().features());
+    let samples: usize = (0..tracks.frames()).map(|frame| tracks.seen_count(frame)).sum();
+    let many = motion.wild_samples() as f64 > MANY * samples as f64;
+    (many && features < ENOUGH).then(|| {
+        format!(
+            "{}: samples are wild, and {features} features are too few to be sure which; track more, or leave them out",
+            motion.name()
+        )
+    })
 }
 
 /// Says what of a body was left out as wrong, and how its noise is.

@@ -168,6 +168,17 @@ impl Likelihood {
                 best.name
             ));
         }
+        let far_off = |c: &Candidate<'_>| c.evidence.departure.is_some_and(|d| d.squared >= d.adequate);
+        let better = candidates.iter().find(|other| {
+            let gain = best.evidence.noise_cost() - other.evidence.noise_cost();
+            far_off(best) && !far_off(other) && gain > self.lead
+        });
+        if let Some(better) = better {
+            doubts.push(format!(
+                "{} is the simplest, but leaves a motion that {} explains; noise or drift are too large to be sure",
+                best.name, better.name
+            ));
+        }
         if let Some(departure) = best.evidence.departure
             && best.charge >= departure.adequate
         {
