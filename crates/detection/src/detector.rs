@@ -72,7 +72,7 @@ fn few_and_wild(motion: &BodyMotion<'_>) -> Option<String> {
     /// Features of which the majority can be told in every frame.
     const ENOUGH: usize = 6;
     /// Share of wild samples that even a few features tell apart: single ones stand out of their own path.
-    const MANY: f64 = 0.02;
+    const MANY: f64 = 0.03;
     let (tracks, features) = (motion.tracks(), motion.tracks().features());
     let samples: usize = (0..tracks.frames()).map(|frame| tracks.seen_count(frame)).sum();
     let many = motion.wild_samples() as f64 > MANY * samples as f64;
