@@ -1,6 +1,6 @@
 //! Registration of a body to its own shape in the presence of wild samples and of features that belong elsewhere.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::poses::{Shape, rebase};
 use crate::registration::register_weighted;
@@ -32,9 +32,16 @@ const WILD: f64 = 4.5;
 const ELSEWHERE: f64 = 2.5;
 /// Median of the length of a standard normal vector of three coordinates.
 const MEDIAN_LENGTH: f64 = 1.538;
-/// Median over root mean square of such lengths, and how far below it residuals without outliers may come.
+/// Distance in standard deviations of a coordinate up to which a body shows nothing wild: of a thousand bodies of a
+/// thousand Gaussian samples, six have one beyond.
+const NOTHING_WILD: f64 = 5.2;
+/// Median over root mean square of such lengths, and how far below it residuals without outliers may come: always, and
+/// by chance, which falls with the root of their number.
 const MEDIAN_SHARE: f64 = 0.888;
 const MEDIAN_TOLERANCE: f64 = 0.05;
+const MEDIAN_CHANCE: f64 = 1.0;
+/// Share of a sample's variance that the fit must leave for the sample to be judged.
+const LEAST_LEFT: f64 = 0.1;
 /// Change of the shape, as a share of its size, at which the alternation rests.
 const CONVERGED: f64 = 1e-10;
 
@@ -196,14 +203,40 @@ impl<'t> State<'t> {
         change / (high - low).norm().max(f64::MIN_POSITIVE)
     }
 
+    /// Measures how far every sample is from where the body's pose and shape put it, in units in which noise of one
+    /// standard deviation per coordinate gives the same to all.
+    ///
+    /// A pose bends towards the samples it is fitted to, most where they are few or far out: their residuals have
+    /// `3 - h` coordinates' worth of variance, those of samples that were left out `3 + h`, where
+    /// `h = 3 / W + |x|² tr A - xᵀ A x`, `W` is the sum of the frame's weights, `x` the feature's place about their
+    /// centre, and `A` the inverse of their inertia. A feature's place is the mean of its samples, likewise.
     fn measure(&mut self) {
         let features = self.shape.len();
+        let mut of_features = vec![0.0; features];
+        for (weight, feature) in self.weights.iter().zip((0..features).cycle()) {
+            of_features[feature] += weight;
+        }
         for (frame, pose) in self.poses.iter().enumerate() {
             let Some(pose) = pose else { continue };
             let (turn, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
-            for (feature, position) in self.tracks.seen(frame) {
-                let Some(place) = self.shape[feature] else { continue };
-                self.residuals[frame * features + feature] = (position.coords - turn * place.coords - shift).norm();
+            let weights = &self.weights[frame * features..(frame + 1) * features];
+            let placed = || self.tracks.seen(frame).filter_map(|(f, at)| Some((f, at, self.shape[f]?.coords)));
+            let total: f64 = placed().map(|(f, ..)| weights[f]).sum();
+            let centre = placed().map(|(f, _, place)| place * weights[f]).sum::<Vector3<f64>>() / total.max(1e-9);
+            let mut inertia = Matrix3::zeros();
+            for (f, _, place) in placed() {
+                let x = place - centre;
+                inertia += (Matrix3::from_diagonal_element(x.norm_squared()) - x * x.transpose()) * weights[f];
+            }
+            let inverse = inertia.try_inverse().unwrap_or_else(Matrix3::zeros);
+            for (f, position, place) in placed() {
+                let x = place - centre;
+                let bends = 3.0 / total.max(1e-9) + x.norm_squared() * inverse.trace() - x.dot(&(inverse * x));
+                // Half a weight's sample is neither in nor out.
+                let taken = 2.0 * weights[f] - 1.0;
+                let left = 1.0 - taken * (bends / 3.0 + 1.0 / of_features[f].max(1.0));
+                let residual = (position.coords - turn * place - shift).norm();
+                self.residuals[frame * features + f] = residual / left.max(LEAST_LEFT).sqrt();
             }
         }
     }
@@ -238,11 +271,11 @@ impl<'t> State<'t> {
             let square = self.residuals[frame * features + feature].powi(2);
             (count, sum, worst) = (count + 1, sum + square, worst.max(square));
         }
-        let frames = self.poses.iter().zip(&self.fresh).filter(|(pose, fresh)| pose.is_some() && **fresh).count();
-        let freedom = (3 * count + 6).saturating_sub(6 * frames + 3 * features).max(1);
         let Some(median) = self.median(None) else { return true };
-        let rms = (sum / count.max(1) as f64).sqrt();
-        worst <= WILD * WILD * sum / freedom as f64 && median >= (MEDIAN_SHARE - MEDIAN_TOLERANCE) * rms
+        let count = count.max(1) as f64;
+        let rms = (sum / count).sqrt();
+        let least = MEDIAN_SHARE - MEDIAN_TOLERANCE - MEDIAN_CHANCE / count.sqrt();
+        worst.sqrt() <= NOTHING_WILD * rms / 3_f64.sqrt() && median >= least * rms
     }
 
     /// Starts anew from what most samples agree on: every frame is registered to the best seen one by the triple of
@@ -371,11 +404,7 @@ impl<'t> State<'t> {
             }
             self.measure();
             let Some(median) = self.median(None) else { return };
-            let frames = self.poses.iter().flatten().count().max(1) as f64;
-            let counting = self.weights.iter().filter(|weight| **weight > 0.3).count() as f64;
-            let seen = (counting / frames).max(3.5);
-            // A pose of six parameters takes up part of the residuals of its frame.
-            let sigma = (median / MEDIAN_LENGTH * (seen / (seen - 2.0)).sqrt()).max(self.rounding());
+            let sigma = (median / MEDIAN_LENGTH).max(self.rounding());
             let of_features = self.feature_weights(round);
             let start = || {
                 let worst = self.judged().map(|(t, f)| self.residuals[t * features + f]).fold(0.0, f64::max);
