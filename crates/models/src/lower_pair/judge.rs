@@ -101,7 +101,8 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
         .zip(&ideal.residuals)
         .map(|(white, residual)| {
             let square = (white * residual).norm_squared();
-            if square > WRONG { WRONG * (1.0 + (square / WRONG).ln()) } else { square }
+            // A wrong pose may be anywhere: as likely within every factor of distance, in six dimensions.
+            if square > WRONG { WRONG + 6.0 * (square / WRONG).ln() } else { square }
         })
         .sum();
     let mobility = mechanism.mobility();
