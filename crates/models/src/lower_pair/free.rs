@@ -22,10 +22,14 @@ use crate::{Confidence, Departure, Evidence, FitError, Joint, JointFit, JointMod
 #[serde(default, deny_unknown_fields)]
 pub struct Free {
     /// What free motion counts in parameters: the fewer, the sooner a joint with play gives way to it. Mean and
-    /// covariance of all positions are 27.
+    /// covariance of all positions are 27; those
+    /// not counted still pay for what chance gains by them.
     #[schemars(range(min = 6, max = 27))]
     pub parameters: u8,
 }
+
+/// Mean and covariance of six coordinates.
+const PARAMETERS: u8 = 27;
 
 impl Default for Free {
     fn default() -> Self {
@@ -47,9 +51,11 @@ impl JointModel for Free {
         let plays = series.ends().iter().any(|end| end.shift_play > 0.0);
         let mut fit = JointFit::new(Confidence::ONE, Joint::default()).with_residual(0.0);
         let mobility = Mobility { turns: 3, slides: 3, parameters: usize::from(self.parameters) };
+        // What every parameter that play does not charge gains by chance.
+        let unpaid = f64::from(PARAMETERS.saturating_sub(self.parameters));
         fit.evidence = Some(Evidence {
             chi_squared: series.merged_cost(),
-            configuration_cost: random_effect::cost(&departures, series.noise()),
+            configuration_cost: random_effect::cost(&departures, series.noise()) + unpaid * series.correlation_time(),
             prior_cost: hidden_cost(mobility, series),
             mobility,
             freedom: 6.0 * (series.seen() - count) as f64,

@@ -19,11 +19,14 @@ pub struct Screw {
     /// Sweep from which the helix of a point is as likely a screw as any, degrees.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub sweep: f64,
+    /// How likely a screw is beforehand, as a share of how likely any other joint is.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub prior: f64,
 }
 
 impl Default for Screw {
     fn default() -> Self {
-        Self { sweep: 30.0 }
+        Self { sweep: 30.0, prior: 0.4 }
     }
 }
 
@@ -66,10 +69,14 @@ impl Mechanism for Screw {
 
 impl JointModel for Screw {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
-        if motion.pose_series().is_none() {
-            return point_path::helix(motion, self.sweep);
+        let mut fit = match motion.pose_series() {
+            Some(_) => judge(self, motion)?,
+            None => point_path::helix(motion, self.sweep)?,
+        };
+        if let Some(evidence) = &mut fit.evidence {
+            evidence.prior_cost -= 2.0 * self.prior.ln();
         }
-        judge(self, motion)
+        Ok(fit)
     }
 
     fn states_evidence(&self) -> bool {

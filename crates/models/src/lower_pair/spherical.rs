@@ -1,26 +1,26 @@
 //! `spherical`: a turn about one point.
 
 use jointscope_motion::{
-    Pose, PoseSeries, RelativeMotion,
+    End, Pose, PoseSeries, RelativeMotion,
     twist::{Twist, rotation_log},
 };
-use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, judge, starts};
+use super::{Geometry, Mechanism, Mobility, Placement, judge, judge::far_hinge_cost, misfit, starts};
 use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Spherical joint: any rotation about a point that is fixed in both bodies.
 ///
-/// Bodies that show one point: the point stays on a sphere; spheres of which little is seen cost what short arcs cost
-/// a revolute joint.
+/// Joints lie near their bodies: where the body swings by less than `sweep` about the point, that costs
+/// `-2 ln(θ/sweep)`. Bodies that show one point: the point stays on a sphere, likewise.
 ///
 /// References: docs/method.md, "Mechanisms".
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Spherical {
-    /// Part of the sphere from which the path of a point is as likely as any, degrees.
+    /// Part of the sphere from which the path of a body is as likely as any, degrees.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub sweep: f64,
 }
@@ -64,9 +64,32 @@ impl Mechanism for Spherical {
     }
 }
 
+/// Turn by which a body swings about a point of the moving body, radians, or what of its own turn shows where the point
+/// is; of the two bodies' the larger. Little of a far sphere is seen: it is hardly told from a plane.
+fn swing(centre: &Vector3<f64>, series: &PoseSeries) -> f64 {
+    let of_end = |(number, end): (usize, &End)| {
+        let lever = |pose: &Pose| {
+            let (pivot, body) = (Point3::from(*centre), Point3::from(end.centre));
+            if number == 0 { pose.rotation * (body - pivot) } else { pose.inverse() * body - pivot }
+        };
+        let levers: Vec<Vector3<f64>> = series.poses().iter().map(lever).collect();
+        let length = levers.iter().map(Vector3::norm).sum::<f64>() / levers.len() as f64;
+        let own = series.turn() * (end.radius / length).min(1.0);
+        (misfit::vector_range(&levers) / length).max(own)
+    };
+    series.ends().iter().enumerate().map(of_end).fold(0.0, f64::max)
+}
+
 impl JointModel for Spherical {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
-        if motion.pose_series().is_some() { judge(self, motion) } else { point_path::sphere(motion, self.sweep) }
+        let Some(series) = motion.pose_series() else { return point_path::sphere(motion, self.sweep) };
+        let mut fit = judge(self, motion)?;
+        let in_moving = if series.reversed() { fit.joint.axis } else { fit.axis_in_moving };
+        if let (Some(evidence), Some(centre)) = (&mut fit.evidence, in_moving) {
+            let turned = swing(&(centre.point.coords - series.moving_origin()), series);
+            evidence.prior_cost += far_hinge_cost(turned.to_degrees(), self.sweep);
+        }
+        Ok(fit)
     }
 
     fn states_evidence(&self) -> bool {
