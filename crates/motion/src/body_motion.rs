@@ -7,8 +7,10 @@ use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
 use crate::line::{Line, is_line};
 use crate::noise::{Residuals, Spread, Trust, lag_one};
-use crate::poses::{Shape, chained, chained_from_the_best, first, settle, spread};
+use crate::pose_series::believed_drift;
+use crate::poses::{Shape, chained, chained_from_the_best, first, rebase_to, settle, spread};
 use crate::robust::{Registered, register_robustly};
+use crate::start::first_pose;
 use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
     Body, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, Tracks, depth, noise,
@@ -33,7 +35,9 @@ const ROUNDING: f64 = 1e-9;
 ///
 /// # Convention
 /// Poses are `recording_from_body`; the body's coordinates coincide with the recording's at its first posed frame, so
-/// that pose is the identity (also for bodies given as poses). A frame in which the body cannot be posed is `None`.
+/// that pose is the identity (also for bodies given as poses). Robust registration tells by the frames that follow where
+/// the body was then; that pose is the identity up to the noise of one frame. A frame in which the body cannot be posed
+/// is `None`.
 #[derive(Debug, Clone)]
 pub struct BodyMotion<'r> {
     name: &'r str,
@@ -52,6 +56,7 @@ pub struct BodyMotion<'r> {
     play: Play,
     at_rest: bool,
     covariances: OnceLock<Vec<Matrix6<f64>>>,
+    start_covariance: Option<Matrix6<f64>>,
 }
 
 /// Estimated or given noise of a body's observations.
@@ -131,6 +136,8 @@ impl<'r> BodyMotion<'r> {
         if let Some(line) = &motion.line {
             let sigma = motion.noise.position.or(line.noise).unwrap_or(0.0);
             motion.spread = Spread { across: sigma, along: sigma };
+        } else if settings.robust && settings.registration == Registration::Shape {
+            motion.settle_start();
         }
         if let Some(reason) = &mut motion.unposed {
             reason.insert_str(0, "its orientation is not observed: ");
@@ -155,6 +162,7 @@ impl<'r> BodyMotion<'r> {
             play: settings.play,
             at_rest: false,
             covariances: OnceLock::new(),
+            start_covariance: None,
         }
     }
 
@@ -192,6 +200,19 @@ impl<'r> BodyMotion<'r> {
         self.unposed = vague_turn(&registered.shape, found.typical);
         self.poses.clone_from(&registered.poses);
         self.registered = Some(registered);
+    }
+
+    /// Lets the body's coordinates be the recording's where the body was at its first frame, as far as all frames tell,
+    /// not where that one frame's noise puts it.
+    fn settle_start(&mut self) {
+        let (centre, drift) = (self.centre(), believed_drift(self.drift, self.poses.len()));
+        let covariances = self.pose_covariances().to_vec();
+        let Some(first) = first_pose(&self.poses, &covariances, &centre, (1.0 + drift) / (1.0 - drift)) else { return };
+        if let Some(registered) = &mut self.registered {
+            rebase_to(&first.pose, &mut self.poses, &mut registered.shape);
+            registered.poses.clone_from(&self.poses);
+            self.start_covariance = Some(first.covariance);
+        }
     }
 
     fn of_poses(name: &'r str, tracked: &[Option<Pose>], settings: &MotionSettings) -> Self {
@@ -324,6 +345,13 @@ impl<'r> BodyMotion<'r> {
                 self.line.as_ref().map_or((&registered.poses, &registered.shape), |line| (&line.poses, &line.shape));
             of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
         })
+    }
+
+    /// Covariance of the first pose, which the body's coordinates rest on, as those of
+    /// [`BodyMotion::pose_covariances`]; `None` without poses.
+    pub fn start_covariance(&self) -> Option<Matrix6<f64>> {
+        let first = self.likely_poses().iter().position(Option::is_some)?;
+        Some(self.start_covariance.unwrap_or(self.pose_covariances()[first]))
     }
 
     /// The spread, never so small that its inverse is not a number.

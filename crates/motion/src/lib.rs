@@ -30,6 +30,7 @@ mod registration;
 mod relative_motion;
 mod robust;
 mod settings;
+mod start;
 mod tracked;
 mod tracks;
 pub mod twist;

@@ -392,8 +392,7 @@ fn start_of(reference: &BodyMotion<'_>) -> Option<Start> {
     if reference.is_at_rest() || reference.is_tracked() {
         return None;
     }
-    let first = reference.likely_poses().iter().position(Option::is_some)?;
-    Some(Start { covariance: reference.pose_covariances()[first], centre: reference.centre().coords })
+    Some(Start { covariance: reference.start_covariance()?, centre: reference.centre().coords })
 }
 
 /// Whether a body comes first in the order in which pairs are taken.
@@ -409,7 +408,7 @@ fn comes_first(body: &BodyMotion<'_>, other: &BodyMotion<'_>) -> bool {
 }
 
 /// The drift that is believed: a small one is chance, and of a large one the fitted shape hides a part.
-fn believed_drift(drift: f64, frames: usize) -> f64 {
+pub(crate) fn believed_drift(drift: f64, frames: usize) -> f64 {
     if drift > DRIFTS { (drift + 1.5 * (1.0 + 3.0 * drift) / frames.max(1) as f64).min(MOST_DRIFT) } else { 0.0 }
 }
 

@@ -93,6 +93,11 @@ pub(crate) fn settle(tracks: &Tracks, mut poses: Vec<Option<Pose>>, rounds: usiz
 /// Moves the body's coordinates so that the first pose is the identity.
 pub(crate) fn rebase(poses: &mut [Option<Pose>], shape: &mut Shape) {
     let Some(start) = poses.iter().flatten().next().copied() else { return };
+    rebase_to(&start, poses, shape);
+}
+
+/// Makes the body's coordinates coincide with the recording's where the body has this pose.
+pub(crate) fn rebase_to(start: &Pose, poses: &mut [Option<Pose>], shape: &mut Shape) {
     for pose in poses.iter_mut().flatten() {
         *pose *= start.inverse();
     }
