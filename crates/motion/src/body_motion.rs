@@ -197,6 +197,11 @@ impl<'r> BodyMotion<'r> {
         self.drift = lag_one(tracks, settled.as_ref().unwrap_or(&registered.poses), &registered.shape, |t, f| {
             registered.used[t * features + f]
         });
+        if robust && believed_drift(self.drift, tracks.frames()) > 0.0 && settings.noise == NoiseSetting::Estimate {
+            let factor = noise::hidden_by_drift(self.drift, tracks, &registered.used);
+            self.spread = Spread { across: factor * self.spread.across, along: factor * self.spread.along };
+            self.noise.position = self.noise.position.map(|sigma| factor * sigma);
+        }
         self.unposed = vague_turn(&registered.shape, found.typical);
         self.poses.clone_from(&registered.poses);
         self.registered = Some(registered);

@@ -29,6 +29,8 @@ const THIRD_DIFFERENCE: f64 = 20.0;
 /// Median absolute value of a standard normal variable.
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
+/// Most correlation of successive errors that is believed.
+const MOST_DRIFT: f64 = 0.96;
 /// Share of the third differences that is quiet even where samples are wild, and the quantile of the absolute value of
 /// a standard normal variable at that share.
 const QUIET_SHARE: f64 = 0.2;
@@ -86,6 +88,25 @@ impl Residuals {
         let worst = worst.map(|(frame, feature, square)| (frame, feature, square.sqrt()));
         Self { sigma, typical: median(of_frames).or(sigma), worst }
     }
+}
+
+/// Factor by which drifting noise is larger than its residuals say: the fitted shape follows the drift.
+///
+/// The mean of `T` errors of which each is `drift` times the one before has a `τ/T`-th of their variance, where
+/// `τ = (1+ρ)/(1-ρ) - 2ρ(1-ρᵀ)/(T(1-ρ)²)`; so a feature's place takes up the variance of `τ` samples, not of one. What it takes up
+/// also hides `(1+3ρ)/T` of the correlation.
+pub(crate) fn hidden_by_drift(drift: f64, tracks: &Tracks, used: &[bool]) -> f64 {
+    let features = tracks.features();
+    let samples = used.iter().filter(|used| **used).count() as f64;
+    let frames = used.chunks(features).filter(|frame| frame.contains(&true)).count() as f64;
+    let shown = (0..features).filter(|f| used.iter().skip(*f).step_by(features).any(|used| *used)).count() as f64;
+    let drift = (drift + (1.0 + 3.0 * drift) / frames.max(1.0)).min(MOST_DRIFT);
+    let slow = (1.0 + drift) / (1.0 - drift)
+        - 2.0 * drift * (1.0 - drift.powf(frames)) / (frames.max(1.0) * (1.0 - drift).powi(2));
+    let freedom = |per_place: f64| 3.0 * samples - 6.0 * frames - (3.0 * shown - 6.0) * per_place;
+    // Where hardly anything is left, nothing can be told.
+    let left = freedom(slow.max(1.0)).max(0.25 * freedom(1.0));
+    if left > 0.0 { (freedom(1.0) / left).sqrt() } else { 1.0 }
 }
 
 /// Correlation of the residuals with those of the frame before, from -1 to 1.

@@ -8,6 +8,8 @@ use crate::{BodyMotion, Play, Pose, twist};
 const MOST_FRAMES: usize = 400;
 /// Most frames that are merged into one: in more, motion would be lost.
 const LONGEST_RUN: usize = 20;
+/// Standard deviations of what differs within merged runs above chance that may be motion.
+const LOST_MOTION: f64 = 2.0;
 /// Features whose travel is measured.
 const TRAVELLERS: usize = 4;
 /// Least uncertainty of a rotation, radians, and of a position as a share of the bodies' size: what rounding and
@@ -331,6 +333,12 @@ impl PoseSeries {
             merged.poses.push(mean.pose);
             merged.noise.push(mean.covariance);
             merged.merged_cost += mean.cost;
+        }
+        // What differs within a run is noise, or the run is too long.
+        let freedom = (6 * (count - frames)) as f64;
+        let chance = freedom + LOST_MOTION * (2.0 * freedom * self.correlation_time).sqrt();
+        if merged.merged_cost > chance {
+            return None;
         }
         for number in 0..merged.ends.len() {
             merged.ends[number].shift_noise = merged.shift_noise_at(&self.ends[number].centre, number > 0);

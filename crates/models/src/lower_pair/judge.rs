@@ -96,19 +96,13 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     let ideal = refit(mechanism, series.poses(), &white, &adequate).ok_or_else(failed)?;
     // The robust weights find the joint; what the frames cost is told without them.
     let white = whitened(series, [0.0; 2], &[]);
-    let chi_squared: f64 = white
-        .iter()
-        .zip(&ideal.residuals)
-        .map(|(white, residual)| {
-            let square = (white * residual).norm_squared();
-            // A wrong pose may be anywhere: as likely within every factor of distance, in six dimensions.
-            if square > WRONG { WRONG + 6.0 * (square / WRONG).ln() } else { square }
-        })
-        .sum();
+    let squares: Vec<f64> =
+        white.iter().zip(&ideal.residuals).map(|(white, residual)| (white * residual).norm_squared()).collect();
+    let chi_squared = sum_of(&squares, 6.0, series.correlation_time());
     let mobility = mechanism.mobility();
     let mut evidence = Evidence {
-        chi_squared: chi_squared + series.merged_cost(),
-        configuration_cost: configuration_cost(mechanism, &ideal),
+        chi_squared,
+        configuration_cost: configuration_cost(mechanism, &ideal) + series.merged_cost(),
         prior_cost: hidden_cost(mobility, series),
         mobility,
         freedom: freedom(mobility, series),
@@ -160,7 +154,7 @@ fn freedom(mobility: Mobility, series: &PoseSeries) -> f64 {
     let free = f64::from(mobility.turns + mobility.slides);
     // Mean and spread of the positions are parameters, but take nothing from the residuals.
     let fixed = mobility.parameters as f64 - free - free * (free + 1.0) / 2.0;
-    (6.0 * series.seen() as f64 - free * series.poses().len() as f64 - fixed).max(0.0)
+    ((6.0 - free) * series.poses().len() as f64 - fixed).max(0.0)
 }
 
 impl Judged {
@@ -342,10 +336,24 @@ fn departure(
     found
 }
 
+/// Sum of squared distances in units of the noise, of single wrong frames no more than a logarithm.
+///
+/// A wrong pose may be anywhere, as likely within every factor of distance. It is single frames that are wrong, not most
+/// of them, and drifting ones are wrong together.
+fn sum_of(squares: &[f64], coordinates: f64, correlation_time: f64) -> f64 {
+    // By Wilson and Hilferty, the median of a sum of so many squares.
+    let median = coordinates * (1.0 - 2.0 / (9.0 * coordinates)).powi(3);
+    let usual = misfit::quantile(&mut squares.to_vec(), 0.5) / median;
+    let wrong = WRONG * correlation_time * usual.max(1.0);
+    let cost = |square: f64| if square > wrong { wrong * (1.0 + (square / wrong).ln() / 6.0) } else { square };
+    squares.iter().map(|square| cost(*square)).sum()
+}
+
 /// Sum of squares in units of the noise beyond its expectation, never below what chance may hide.
 fn over_chance(lengths: &[f64], noise: f64, held: f64) -> f64 {
     let count = lengths.len() as f64;
-    let sum: f64 = lengths.iter().map(|length| (length / noise).powi(2).min(WRONG)).sum();
+    let squares: Vec<f64> = lengths.iter().map(|length| (length / noise).powi(2)).collect();
+    let sum = sum_of(&squares, 3.0, 1.0);
     (sum - held * count).max(0.5 * (2.0 * 3.0 * count).sqrt())
 }
 
