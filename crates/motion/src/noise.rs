@@ -112,7 +112,7 @@ pub(crate) fn hidden_by_drift(drift: f64, tracks: &Tracks, used: &[bool]) -> f64
 /// Correlation of the residuals with those of the frame before, from -1 to 1.
 ///
 /// A tracker that drifts, a filter, or skin that slides makes successive residuals alike, and so many frames worth
-/// fewer. The fitted poses and shape hide part of it.
+/// fewer. The fitted poses and shape hide part of it. Exact repetitions of a frame do not count.
 pub(crate) fn lag_one(
     tracks: &Tracks,
     poses: &[Option<Pose>],
@@ -124,7 +124,7 @@ pub(crate) fn lag_one(
         Some(tracks.get(frame, feature)? - poses[frame]? * place)
     };
     let (mut product, mut squares) = (0.0, 0.0);
-    for frame in 1..tracks.frames() {
+    for frame in (1..tracks.frames()).filter(|frame| !tracks.repeats_previous(*frame)) {
         for feature in 0..tracks.features() {
             let Some((before, now)) = residual(frame - 1, feature).zip(residual(frame, feature)) else { continue };
             product += before.dot(&now);

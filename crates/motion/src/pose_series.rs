@@ -6,6 +6,8 @@ use crate::{BodyMotion, Play, Pose, twist};
 
 /// Most frames of a series; of longer recordings so many are taken, evenly.
 const MOST_FRAMES: usize = 400;
+/// Frames that are needed besides their exact repetitions.
+const FEW_FRESH: usize = 6;
 /// Most frames that are merged into one: in more, motion would be lost.
 const LONGEST_RUN: usize = 20;
 /// Standard deviations of what differs within merged runs above chance that may be motion.
@@ -88,6 +90,12 @@ impl PoseSeries {
             if reversed { (asked_moving, asked_reference) } else { (asked_reference, asked_moving) };
         let both = reference.likely_poses().iter().zip(moving.likely_poses()).enumerate();
         let common: Vec<(usize, Pose, Pose)> = both.filter_map(|(frame, (r, m))| Some((frame, (*r)?, (*m)?))).collect();
+        // An exact repetition of a frame says nothing new.
+        let repeats = |body: &BodyMotion<'_>, frame| body.is_at_rest() || body.tracks().repeats_previous(frame);
+        let fresh: Vec<usize> = (0..common.len())
+            .filter(|&index| index == 0 || !(repeats(reference, common[index].0) && repeats(moving, common[index].0)))
+            .collect();
+        let fresh = if fresh.len() < FEW_FRESH { (0..common.len()).collect() } else { fresh };
         let (_, first_reference, first_moving) = common.first()?;
         let moving_origin = moving.centre().coords;
         let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
@@ -96,7 +104,7 @@ impl PoseSeries {
         let reference_centre = reference.centre();
         let shift = |by: &Vector3<f64>| Pose::from(Translation3::from(*by));
         let (before, after) = (shift(&-origin), shift(&moving_origin));
-        let taken = evenly(common.len(), MOST_FRAMES);
+        let taken = evenly(fresh.len(), MOST_FRAMES).into_iter().map(|index| fresh[index]);
         let (mut frames, mut poses, mut noise) = (Vec::new(), Vec::new(), Vec::new());
         for index in taken {
             let (frame, reference_pose, moving_pose) = &common[index];

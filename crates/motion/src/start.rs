@@ -1,6 +1,6 @@
 //! Where a body was at its first frame, told by the frames that follow.
 
-use nalgebra::{Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix6, Point3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use crate::Pose;
 
@@ -38,58 +38,67 @@ pub(crate) fn first_pose(
     let start = poses.iter().position(Option::is_some)?;
     let first = poses[start]?;
     let alone = FirstPose { pose: first, covariance: covariances[start] };
-    let departures: Vec<(f64, Vector6<f64>, Vector6<f64>)> = poses[start..]
+    let series: Vec<Departure> = poses[start..]
         .iter()
         .zip(&covariances[start..])
         .enumerate()
         .filter_map(|(time, (pose, covariance))| {
             let pose = pose.as_ref()?;
-            let turn = (pose.rotation * first.rotation.inverse()).scaled_axis();
-            let shift = pose * centre - first * centre;
-            let departure = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
-            Some((time as f64, departure, covariance.diagonal() * correlation_time))
+            Some(Departure {
+                time: time as f64,
+                of: [(pose.rotation * first.rotation.inverse()).scaled_axis(), pose * centre - first * centre],
+                variance: [0, 3].map(|k| correlation_time * covariance.fixed_view::<3, 3>(k, k).trace() / 3.0),
+                covariance: *covariance,
+            })
         })
         .take(MOST)
-        .take_while(|(_, departure, _)| departure.fixed_rows::<3>(0).norm() < LARGEST_TURN)
+        .take_while(|departure| departure.of[0].norm() < LARGEST_TURN)
         .collect();
-    if departures.iter().any(|(_, _, variances)| !(variances.min() > 0.0)) {
+    if series.iter().any(|departure| departure.variance.iter().any(|variance| *variance <= 0.0)) {
         return Some(alone);
     }
-    let mut best = (alone.covariance.diagonal() * correlation_time, Vector6::zeros());
+    let mut best: Option<(f64, usize, usize)> = None;
     let mut open = [true; DEGREES];
     let mut count = FEWEST;
-    while count <= departures.len() && open.contains(&true) {
-        let coordinates: Vec<Coordinate> = (0..6).map(|k| Coordinate::of(&departures[..count], k)).collect();
-        for degree in (0..DEGREES).filter(|degree| open[*degree]).collect::<Vec<_>>() {
-            let left: f64 = coordinates.iter().map(|c| c.left(degree)).sum();
-            let beyond: f64 = coordinates.iter().map(|c| c.beyond(degree)).sum();
-            if !(is_chance(left, 6 * (count - degree - 1)) && is_chance(beyond, 6 * BEYOND)) {
-                open[degree] = false;
-                continue;
-            }
-            let known = Vector6::from_fn(|k, _| coordinates[k].variance(degree));
-            if shortfall(&known, &best.0) < 6.0 {
-                best = (known, Vector6::from_fn(|k, _| coordinates[k].start(degree)));
+    while count <= series.len() && open.contains(&true) {
+        let parts = [0, 1].map(|part| Polynomials::of(&series[..count], part));
+        for degree in 0..DEGREES {
+            let left: f64 = parts.iter().map(|part| part.left(degree)).sum();
+            let beyond: f64 = parts.iter().map(|part| part.beyond(degree)).sum();
+            open[degree] &= is_chance(left, 6 * (count - degree - 1)) && is_chance(beyond, 6 * BEYOND);
+            let variance = |k: usize| parts[k].variance(degree) / series[0].variance[k];
+            let known = variance(0) + variance(1);
+            if open[degree] && known < best.map_or(2.0, |(least, ..)| least) {
+                best = Some((known, count, degree));
             }
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of frames")]
         let next = (count as f64 * GROWTH) as usize;
-        count = if count == departures.len() { next } else { next.min(departures.len()) };
+        count = if count == series.len() { next } else { next.min(series.len()) };
     }
-    let (variance, by) = best;
-    if by == Vector6::zeros() {
-        return Some(alone);
+    let Some((_, count, degree)) = best else { return Some(alone) };
+    let parts = [0, 1].map(|part| Polynomials::of(&series[..count], part));
+    let [turn, shift] = [0, 1].map(|part| parts[part].start(degree));
+    let mut covariance = Matrix6::zeros();
+    for departure in &series[..count] {
+        let [turn, shift] = [0, 1].map(|part| parts[part].weight(departure, part, degree));
+        let weights = Vector6::new(turn, turn, turn, shift, shift, shift);
+        covariance += departure.covariance.component_mul(&(weights * weights.transpose())) * correlation_time;
     }
-    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(by[0], by[1], by[2]));
-    let shift = Vector3::new(by[3], by[4], by[5]);
-    let pivot = first * centre;
-    let moved = Translation3::from(pivot.coords + shift) * turn * Translation3::from(-pivot.coords);
-    Some(FirstPose { pose: moved * first, covariance: Matrix6::from_diagonal(&variance) })
+    let pivot = (first * centre).coords;
+    let moved = Translation3::from(pivot + shift) * UnitQuaternion::from_scaled_axis(turn) * Translation3::from(-pivot);
+    Some(FirstPose { pose: moved * first, covariance })
 }
 
-/// Sum of the ratios of variances.
-fn shortfall(of: &Vector6<f64>, to: &Vector6<f64>) -> f64 {
-    of.component_div(to).sum()
+/// How a body's pose differs from its first.
+struct Departure {
+    /// Frames since the first.
+    time: f64,
+    /// Turn, radians, and shift of the centre, metres, in axes of the recording.
+    of: [Vector3<f64>; 2],
+    /// Variance of a coordinate of either.
+    variance: [f64; 2],
+    covariance: Matrix6<f64>,
 }
 
 /// Whether a sum of squares of so many standard normal numbers is no larger than chance often makes it.
@@ -98,36 +107,31 @@ fn is_chance(sum: f64, count: usize) -> bool {
     sum <= count + (2.0 * count).sqrt()
 }
 
-/// One coordinate of the motion as a polynomial in time, of all degrees at once.
+/// Turn or shift as a polynomial in time, of all degrees at once.
 ///
 /// With the normal equations `A a = b` and `A = L Lᵀ`, `z = L⁻¹ b`: the power `k` lowers the sum of squares by `z_k²`,
 /// whatever powers follow it.
-struct Coordinate {
+struct Polynomials {
+    last: f64,
     squares: f64,
-    z: Vector6<f64>,
-    /// First column of `L⁻¹`.
-    column: Vector6<f64>,
+    z: SMatrix<f64, TERMS, 3>,
+    inverse: SMatrix<f64, TERMS, TERMS>,
 }
 
-impl Coordinate {
-    fn of(departures: &[(f64, Vector6<f64>, Vector6<f64>)], k: usize) -> Self {
-        let last = departures.last().map_or(1.0, |(time, ..)| time.max(1.0));
-        let (mut a, mut b, mut squares) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
-        for (time, departure, variances) in departures {
-            let (s, y, weight) = (time / last, departure[k], 1.0 / variances[k]);
-            let mut powers = Vector6::repeat(1.0);
-            (1..TERMS).for_each(|power| powers[power] = powers[power - 1] * s);
+impl Polynomials {
+    fn of(series: &[Departure], part: usize) -> Self {
+        let last = series.last().map_or(1.0, |departure| departure.time.max(1.0));
+        let (mut a, mut b, mut squares) = (SMatrix::zeros(), SMatrix::zeros(), 0.0);
+        for departure in series {
+            let (powers, y, weight) =
+                (powers(departure.time / last), departure.of[part], 1.0 / departure.variance[part]);
             a += powers * powers.transpose() * weight;
-            b += powers * (y * weight);
-            squares += y * y * weight;
+            b += powers * y.transpose() * weight;
+            squares += y.norm_squared() * weight;
         }
-        let mut unit = Vector6::zeros();
-        unit[0] = 1.0;
-        let (z, column) = a.cholesky().map_or((Vector6::repeat(f64::NAN), unit), |factor| {
-            let solve = |x: &Vector6<f64>| factor.l().solve_lower_triangular(x).unwrap_or(*x);
-            (solve(&b), solve(&unit))
-        });
-        Self { squares, z, column }
+        let inverse = a.cholesky().and_then(|factor| factor.l().try_inverse());
+        let inverse = inverse.unwrap_or_else(|| SMatrix::repeat(f64::NAN));
+        Self { last, squares, z: inverse * b, inverse }
     }
 
     /// Sum of squares that a polynomial of this degree leaves.
@@ -140,11 +144,25 @@ impl Coordinate {
         self.z.rows(degree + 1, BEYOND).norm_squared()
     }
 
-    fn start(&self, degree: usize) -> f64 {
-        self.z.rows(0, degree + 1).dot(&self.column.rows(0, degree + 1))
+    /// The polynomial at the first frame.
+    fn start(&self, degree: usize) -> Vector3<f64> {
+        (0..=degree).map(|k| self.z.row(k).transpose() * self.inverse[(k, 0)]).sum()
     }
 
+    /// Variance of a coordinate of it.
     fn variance(&self, degree: usize) -> f64 {
-        self.column.rows(0, degree + 1).norm_squared()
+        (0..=degree).map(|k| self.inverse[(k, 0)].powi(2)).sum()
     }
+
+    /// Weight of one departure in it.
+    fn weight(&self, departure: &Departure, part: usize, degree: usize) -> f64 {
+        let along = self.inverse * powers(departure.time / self.last);
+        (0..=degree).map(|k| self.inverse[(k, 0)] * along[k]).sum::<f64>() / departure.variance[part]
+    }
+}
+
+fn powers(s: f64) -> SVector<f64, TERMS> {
+    let mut powers = SVector::repeat(1.0);
+    (1..TERMS).for_each(|power| powers[power] = powers[power - 1] * s);
+    powers
 }
