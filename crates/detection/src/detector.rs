@@ -238,12 +238,8 @@ impl Detector {
         let (models, verdict, remark) = self.weighed(motion);
         pair.models = models;
         pair.notes.extend(remark);
-        for (name, finding) in &pair.models {
-            match finding {
-                Ok(fit) => pair.notes.extend(fit.notes.iter().map(|note| format!("{name}: {note}"))),
-                Err(error) => pair.notes.push(format!("{name}: {error}")),
-            }
-        }
+        pair.notes.extend(motion.pose_series().and_then(leapt));
+        pair.notes.extend(told_by(&pair.models));
         pair.notes.extend(richer_note(&verdict, &pair.models));
         let doubts = doubts(motion, &verdict, &pair.models);
         pair.determined = doubts.is_empty();
@@ -348,6 +344,37 @@ fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Op
         misfit(simple)?,
         misfit(richer)?
     ))
+}
+
+/// Says so if the bodies were apart in single frames.
+fn leapt(series: &PoseSeries) -> Option<String> {
+    match series.leaps() {
+        0 => None,
+        1 => Some("in 1 frame the bodies leap apart and are back in the next; it was left out".into()),
+        count => Some(format!("in {count} frames the bodies leap apart and are back in the next; they were left out")),
+    }
+}
+
+/// What models have to say, and what several say once.
+fn told_by(models: &BTreeMap<String, ModelFinding>) -> Vec<String> {
+    let mut told: Vec<(String, Vec<&str>)> = Vec::new();
+    for (name, finding) in models {
+        let notes = match finding {
+            Ok(fit) => fit.notes.clone(),
+            Err(error) => vec![error.to_string()],
+        };
+        for note in notes {
+            match told.iter_mut().find(|(known, _)| *known == note) {
+                Some((_, names)) => names.push(name),
+                None => told.push((note, vec![name])),
+            }
+        }
+    }
+    let all = |names: &[&str]| names.len() > 1 && names.len() == models.len();
+    let sentence = |(note, names): (String, Vec<&str>)| {
+        if all(&names) { format!("all models: {note}") } else { format!("{}: {note}", names.join(", ")) }
+    };
+    told.into_iter().map(sentence).collect()
 }
 
 fn opposite(axis: Axis) -> Axis {

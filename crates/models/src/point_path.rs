@@ -4,7 +4,7 @@
 //! plane (planar), on a sphere (spherical), anywhere (free). The evidence is of the same form as for poses, but three
 //! numbers are seen per frame instead of six; an orientation that nobody saw takes no part.
 
-use jointscope_motion::RelativeMotion;
+use jointscope_motion::{RelativeMotion, leaps};
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Unit, Vector3};
 
 use crate::lower_pair::{bend_cost, far_hinge_cost, misfit};
@@ -39,6 +39,8 @@ struct Path {
     noise: f64,
     play: f64,
     rest_play: f64,
+    /// Frames left out because the point leaps away in them.
+    left_out: usize,
 }
 
 impl Path {
@@ -62,6 +64,12 @@ impl Path {
         } else {
             (0..MOST_FRAMES).map(|k| k * (found - 1) / (MOST_FRAMES - 1)).collect()
         };
+        let of_bodies = motion.moving().noise().position.unwrap_or(0.0);
+        let of_reference = motion.reference().noise().position.unwrap_or(0.0);
+        let places: Vec<Vector3<f64>> = trajectory.points.iter().map(|p| p.coords).collect();
+        let leaps = leaps(&places, of_bodies.hypot(of_reference));
+        let left_out = leaps.iter().filter(|leap| **leap).count();
+        let taken: Vec<usize> = taken.into_iter().filter(|&k| !leaps[k]).collect();
         let frames = taken.iter().map(|&k| trajectory.frames[k]).collect();
         let points: Vec<Vector3<f64>> = taken.iter().map(|&k| trajectory.points[k].coords).collect();
         let middle =
@@ -69,8 +77,6 @@ impl Path {
         let mut distances: Vec<f64> = points.iter().map(|p| (p - middle).norm()).collect();
         let reach = 2.0 * misfit::quantile(&mut distances.clone(), 0.95) + 1e-12;
         let mut kept: Vec<bool> = distances.drain(..).map(|distance| distance <= reach).collect();
-        let of_bodies = motion.moving().noise().position.unwrap_or(0.0);
-        let of_reference = motion.reference().noise().position.unwrap_or(0.0);
         let near: Vec<Vector3<f64>> = points.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(p, _)| *p).collect();
         let travel = misfit::vector_range(&near);
         let noise = of_bodies.hypot(of_reference).max(LEAST_NOISE * travel).max(f64::MIN_POSITIVE.sqrt());
@@ -93,6 +99,7 @@ impl Path {
         let of_travel = play.travel * travel + play.size * size + play.distance;
         Ok(Self {
             recording_frames: motion.recording_frames(),
+            left_out,
             frames,
             places,
             kept,
@@ -164,6 +171,9 @@ impl Path {
             .with_residual((residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt());
         fit.evidence = Some(evidence);
         fit.notes.push("a single point: the orientation is not seen".into());
+        if self.left_out > 0 {
+            fit.notes.push(format!("frames in which the point leaps away and back were left out: {}", self.left_out));
+        }
         Ok(fit)
     }
 

@@ -210,6 +210,11 @@ impl<'r> BodyMotion<'r> {
     /// Lets the body's coordinates be the recording's where the body was at its first frame, as far as all frames tell,
     /// not where that one frame's noise puts it.
     fn settle_start(&mut self) {
+        /// Noise, as a share of the body's size, that matters to nobody.
+        const QUIET: f64 = 1e-5;
+        if self.spread.mean() < QUIET * self.size() {
+            return;
+        }
         let (centre, drift) = (self.centre(), believed_drift(self.drift, self.poses.len()));
         let covariances = self.pose_covariances().to_vec();
         let Some(first) = first_pose(&self.poses, &covariances, &centre, (1.0 + drift) / (1.0 - drift)) else { return };

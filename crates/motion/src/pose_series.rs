@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3};
 
-use crate::{BodyMotion, Play, Pose, twist};
+use crate::{BodyMotion, Play, Pose, leaps, twist};
 
 /// Most frames of a series; of longer recordings so many are taken, evenly.
 const MOST_FRAMES: usize = 400;
@@ -49,6 +49,7 @@ pub struct PoseSeries {
     ends: Vec<End>,
     play: Play,
     observed: usize,
+    leaps: usize,
     seen: usize,
     every_pose: Vec<(usize, Pose)>,
     start: Option<Start>,
@@ -89,7 +90,16 @@ impl PoseSeries {
         let (reference, moving) =
             if reversed { (asked_moving, asked_reference) } else { (asked_reference, asked_moving) };
         let both = reference.likely_poses().iter().zip(moving.likely_poses()).enumerate();
-        let common: Vec<(usize, Pose, Pose)> = both.filter_map(|(frame, (r, m))| Some((frame, (*r)?, (*m)?))).collect();
+        let mut common: Vec<(usize, Pose, Pose)> =
+            both.filter_map(|(frame, (r, m))| Some((frame, (*r)?, (*m)?))).collect();
+        let observed = common.len();
+        let size = if reference.is_at_rest() { moving.size() } else { reference.size().max(moving.size()) };
+        let noise_of = |body: &BodyMotion<'_>| body.noise().position.unwrap_or(0.0);
+        let places: Vec<Vector3<f64>> =
+            common.iter().map(|(_, r, m)| (r.inverse() * m * moving.centre()).coords).collect();
+        let noise = noise_of(reference).hypot(noise_of(moving)).max(LEAST_SHIFT * size);
+        let mut leaping = leaps(&places, noise).into_iter();
+        common.retain(|_| !leaping.next().unwrap_or(false));
         // An exact repetition of a frame says nothing new.
         let repeats = |body: &BodyMotion<'_>, frame| body.is_at_rest() || body.tracks().repeats_previous(frame);
         let fresh: Vec<usize> = (0..common.len())
@@ -99,7 +109,6 @@ impl PoseSeries {
         let (_, first_reference, first_moving) = common.first()?;
         let moving_origin = moving.centre().coords;
         let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
-        let size = if reference.is_at_rest() { moving.size() } else { reference.size().max(moving.size()) };
         let (of_reference, of_moving) = (reference.pose_covariances(), moving.pose_covariances());
         let reference_centre = reference.centre();
         let shift = |by: &Vector3<f64>| Pose::from(Translation3::from(*by));
@@ -151,7 +160,8 @@ impl PoseSeries {
             turn: 0.0,
             ends: Vec::new(),
             play: *play,
-            observed: common.len(),
+            observed,
+            leaps: observed - common.len(),
             seen: 0,
             start: start_of(asked_reference),
             every_pose: common.iter().map(|(frame, r, m)| (*frame, before * r.inverse() * m * after)).collect(),
@@ -281,13 +291,18 @@ impl PoseSeries {
         self.observed
     }
 
+    /// Frames left out because the bodies leap apart in them, and are back in the next.
+    pub fn leaps(&self) -> usize {
+        self.leaps
+    }
+
     /// Poses of the series before any were merged.
     pub fn seen(&self) -> usize {
         self.seen
     }
 
     /// `reference_from_moving` of every frame that shows both bodies, about the origins, with the frame: also those
-    /// that the series leaves out or merges.
+    /// that the series passes over or merges, but no leaps.
     pub fn every_pose(&self) -> &[(usize, Pose)] {
         &self.every_pose
     }

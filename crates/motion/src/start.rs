@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Point3, SMatrix, SVector, Translation3, UnitQuaternion, 
 use crate::Pose;
 
 /// Highest power of time by which a motion is described, and powers beyond it that must be of no use.
-const DEGREES: usize = 4;
+const DEGREES: usize = 6;
 const BEYOND: usize = 2;
 const TERMS: usize = DEGREES + BEYOND;
 /// Fewest frames, most frames, and the factor from one number of frames to the next.
@@ -13,7 +13,7 @@ const FEWEST: usize = 8;
 const MOST: usize = 200;
 const GROWTH: f64 = 1.4;
 /// Turn up to which rotations add up like vectors, radians.
-const LARGEST_TURN: f64 = 0.5;
+const LARGEST_TURN: f64 = 1.2;
 
 /// A body's pose at its first frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +104,7 @@ struct Departure {
 /// Whether a sum of squares of so many standard normal numbers is no larger than chance often makes it.
 fn is_chance(sum: f64, count: usize) -> bool {
     let count = count as f64;
-    sum <= count + (2.0 * count).sqrt()
+    sum <= count + 2.0 * (2.0 * count).sqrt()
 }
 
 /// Turn or shift as a polynomial in time, of all degrees at once.
