@@ -86,12 +86,18 @@ fn the_reference_s_coordinates_are_the_recording_s_at_its_first_posed_frame() {
                         let recorded = Point3::from(rows[*frame][feature]);
                         let expected = motion.reference().poses()[*frame].expect("posed").inverse() * recorded;
                         assert!(distance(point, &expected) <= EXACT, "{registration:?}, frame {frame}");
-                        assert!(*frame != 2 || distance(point, &recorded) <= EXACT, "{registration:?}: the gauge");
+                        // All frames tell where the body was at its first, better than that one alone.
+                        let gauge = if motion.reference().is_tracked() || registration != Registration::Shape {
+                            EXACT
+                        } else {
+                            4.0 * 0.003
+                        };
+                        assert!(*frame != 2 || distance(point, &recorded) <= gauge, "{registration:?}: the gauge");
                     }
                 }
                 let here: Vec<_> = (0..6).filter(|f| (2 + f) % 5 != 0).map(|f| Vector3::from(rows[2][f])).collect();
                 let centroid = Point3::from(here.iter().sum::<Vector3<f64>>() / here.len() as f64);
-                assert!(distance(&motion.first_centroid(), &centroid) <= EXACT);
+                assert!(distance(&motion.first_centroid(), &centroid) <= 2.0 * 0.003);
             });
         }
     }

@@ -23,6 +23,8 @@ const CONVERGED: f64 = 1e-6;
 const LARGEST_TURN: f64 = 0.5;
 /// Damping of directions that the data do not tell, as a share of the mean diagonal.
 const GAUGE: f64 = 1e-10;
+/// Damping of every turn, and of every shift, as a share of the damping of the best known.
+const EVEN: f64 = 1e-3;
 
 /// Where a mechanism's fit begins, or where it ended.
 #[derive(Debug, Clone, Copy)]
@@ -309,9 +311,13 @@ fn residuals(
 
 fn damped(normal: &Normal, damping: f64) -> Normal {
     let floor = GAUGE * normal.trace() / UNKNOWNS as f64 + f64::MIN_POSITIVE;
+    let most = |range: [usize; 6]| range.into_iter().map(|k| normal[(k, k)]).fold(0.0, f64::max);
+    let (turns, shifts) = (most([0, 1, 2, 6, 7, 8]), most([3, 4, 5, 9, 10, 11]));
     let mut damped = *normal;
     for k in 0..UNKNOWNS {
-        damped[(k, k)] += damping * normal[(k, k)] + floor;
+        // Damping in proportion to what the data tell pulls along what they do not.
+        let least = if k >= 12 { 0.0 } else { EVEN * if k % 6 < 3 { turns } else { shifts } };
+        damped[(k, k)] += damping * (normal[(k, k)] + least) + floor;
     }
     damped
 }
