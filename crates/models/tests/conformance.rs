@@ -15,7 +15,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 #[test]
-#[ignore = "fits of `planar` and `screw` end where the coordinates put them, by more than the tolerance"]
 fn every_linked_model_conforms() {
     let catalog = Catalog::linked().expect("unique names");
     // All complaints at once, not the first only.

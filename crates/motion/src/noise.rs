@@ -26,15 +26,15 @@ impl Spread {
 
 /// Variance of a third difference of white noise, in variances of the noise: 1 + 9 + 9 + 1.
 const THIRD_DIFFERENCE: f64 = 20.0;
-/// Median absolute value of a standard normal variable.
-const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
+/// Median of the length of a standard normal vector of three coordinates.
+const NORMAL_MEDIAN: f64 = 1.538_172_254;
 
 /// Most correlation of successive errors that is believed.
 const MOST_DRIFT: f64 = 0.96;
-/// Share of the third differences that is quiet even where samples are wild, and the quantile of the absolute value of
-/// a standard normal variable at that share.
+/// Share of the third differences that is quiet even where samples are wild, and the quantile of that length at that
+/// share.
 const QUIET_SHARE: f64 = 0.2;
-const NORMAL_QUIET: f64 = 0.253_347_103_135_799_8;
+const NORMAL_QUIET: f64 = 1.002584;
 
 /// What the residuals of a registration to a shape tell.
 pub(crate) struct Residuals {
@@ -138,13 +138,14 @@ fn median(values: Vec<f64>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// A standard deviation from all values within three times a robust one, which knows it half as well.
-fn efficient(robust: f64, sizes: &[f64]) -> f64 {
-    /// Variance of a standard normal variable cut at 3.
-    const CUT_VARIANCE: f64 = 0.973_337;
-    let within = || sizes.iter().filter(|size| **size <= 3.0 * robust);
-    let count = within().count() as f64;
-    if count > 0.0 { (within().map(|size| size * size).sum::<f64>() / count / CUT_VARIANCE).sqrt() } else { robust }
+/// A standard deviation of a coordinate from all lengths within 3.8 times a robust one, which knows it half as well.
+fn efficient(robust: f64, lengths: &[f64]) -> f64 {
+    const CUT: f64 = 3.8;
+    /// Mean square per coordinate of a standard normal vector that is cut there.
+    const CUT_VARIANCE: f64 = 0.989295;
+    let within = || lengths.iter().filter(|length| **length <= CUT * robust);
+    let count = 3.0 * within().count() as f64;
+    if count > 0.0 { (within().map(|r| r * r).sum::<f64>() / count / CUT_VARIANCE).sqrt() } else { robust }
 }
 
 /// The value below which a share of all lies.
@@ -215,7 +216,7 @@ where
         .filter_map(|w| w.iter().copied().collect::<Option<Vec<_>>>())
         // A repeated frame is not a fresh observation.
         .filter(|w| w.windows(2).all(|pair| pair[0] != pair[1]) || w.iter().all(|x| *x == w[0]))
-        .flat_map(|w| third_difference(&w).abs().data.0[0])
+        .map(|w| third_difference(&w).norm())
         .collect();
     let normal = match trust {
         Trust::Most => efficient(median(sizes.clone())? / NORMAL_MEDIAN, &sizes),

@@ -87,30 +87,33 @@ fn upper_quartile(values: &[f64]) -> f64 {
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-/// Median of every coordinate over the neighbours in time, which the flips of a few successive frames do not move.
+/// The middle one of the neighbours in time of every sample, which the flips of a few successive frames do not move.
 fn medians<const D: usize>(series: &[SVector<f64, D>]) -> Vec<SVector<f64, D>> {
     let half = NEIGHBOURS.min((series.len() - 1) / 4);
     let last = series.len() - 1;
     let mut window = Vec::with_capacity(2 * half + 1);
     (0..series.len())
         .map(|at| {
-            SVector::from_fn(|coordinate, _| {
-                window.clear();
-                // At the ends the last sample stands for those beyond.
-                window.extend((0..=2 * half).map(|k| series[(at + k).saturating_sub(half).min(last)][coordinate]));
-                *window.select_nth_unstable_by(half, f64::total_cmp).1
-            })
+            window.clear();
+            // At the ends the last sample stands for those beyond.
+            window.extend((0..=2 * half).map(|k| series[(at + k).saturating_sub(half).min(last)]));
+            middle_one(&window)
         })
         .collect()
 }
 
-/// Where the neighbours in time say that every sample is: the median, coordinate by coordinate, of the midpoints of
-/// pairs at equal distance before and after, which steady motion leaves unchanged; near the ends, of what pairs on one
-/// side lead to.
+/// The one whose distances to all others are least in sum: a median that turns with the coordinates.
+fn middle_one<const D: usize>(among: &[SVector<f64, D>]) -> SVector<f64, D> {
+    let sum = |one: &SVector<f64, D>| among.iter().map(|other| (other - one).norm()).sum::<f64>();
+    let least = among.iter().map(|one| (sum(one), one)).min_by(|a, b| a.0.total_cmp(&b.0));
+    least.map_or_else(SVector::zeros, |(_, one)| *one)
+}
+
+/// Where the neighbours in time say that every sample is: the middle one of the midpoints of pairs at equal distance
+/// before and after, which steady motion leaves unchanged; near the ends, of what pairs on one side lead to.
 fn expected<const D: usize>(series: &[SVector<f64, D>]) -> Vec<SVector<f64, D>> {
     let reach = NEIGHBOURS.min((series.len() - 1) / 4).max(1);
     let mut guesses: Vec<SVector<f64, D>> = Vec::with_capacity(3 * reach);
-    let mut column = Vec::with_capacity(3 * reach);
     (0..series.len())
         .map(|at| {
             guesses.clear();
@@ -126,12 +129,7 @@ fn expected<const D: usize>(series: &[SVector<f64, D>]) -> Vec<SVector<f64, D>> 
                 let back = at.checked_sub(2 * k).map(|far| series[at - k] * 2.0 - series[far]);
                 guesses.extend(onwards.into_iter().chain(back));
             }
-            SVector::from_fn(|coordinate, _| {
-                column.clear();
-                column.extend(guesses.iter().map(|guess| guess[coordinate]));
-                let middle = column.len() / 2;
-                *column.select_nth_unstable_by(middle, f64::total_cmp).1
-            })
+            middle_one(&guesses)
         })
         .collect()
 }
