@@ -94,15 +94,21 @@ impl Residuals {
 ///
 /// The mean of `T` errors of which each is `drift` times the one before has a `τ/T`-th of their variance, where
 /// `τ = (1+ρ)/(1-ρ) - 2ρ(1-ρᵀ)/(T(1-ρ)²)`; so a feature's place takes up the variance of `τ` samples, not of one. What it takes up
-/// also hides `(1+3ρ)/T` of the correlation.
+/// also hides `(1-ρ) τ/T` of the correlation.
 pub(crate) fn hidden_by_drift(drift: f64, tracks: &Tracks, used: &[bool]) -> f64 {
     let features = tracks.features();
     let samples = used.iter().filter(|used| **used).count() as f64;
     let frames = used.chunks(features).filter(|frame| frame.contains(&true)).count() as f64;
     let shown = (0..features).filter(|f| used.iter().skip(*f).step_by(features).any(|used| *used)).count() as f64;
-    let drift = (drift + (1.0 + 3.0 * drift) / frames.max(1.0)).min(MOST_DRIFT);
-    let slow = (1.0 + drift) / (1.0 - drift)
-        - 2.0 * drift * (1.0 - drift.powf(frames)) / (frames.max(1.0) * (1.0 - drift).powi(2));
+    let slow_by = |drift: f64| {
+        let apart = 2.0 * drift * (1.0 - drift.powf(frames)) / (frames.max(1.0) * (1.0 - drift).powi(2));
+        (1.0 + drift) / (1.0 - drift) - apart
+    };
+    let mut whole = drift;
+    for _ in 0..5 {
+        whole = (drift + slow_by(whole) / frames.max(1.0) * (1.0 - drift)).min(MOST_DRIFT);
+    }
+    let slow = slow_by(whole);
     let freedom = |per_place: f64| 3.0 * samples - 6.0 * frames - (3.0 * shown - 6.0) * per_place;
     // Where hardly anything is left, nothing can be told.
     let left = freedom(slow.max(1.0)).max(0.25 * freedom(1.0));

@@ -12,7 +12,9 @@ const UNKNOWN_TURN: f64 = 3.0;
 /// Covariance of every pose of a registered body, as a twist `[ω; v]` about its centre, in axes of the recording.
 ///
 /// *Definition.* The inverse of `Σ Jᵀ Λ J` over the samples that take part, `J = [-[x - c]×, I]`, `Λ` the information of
-/// a point. A turn that no sample tells is uncertain by 3 rad. Zero where there is no pose.
+/// a point. A point's place in the shape is the mean of its `n` samples and has `1 + 2/m` of their variance, of `m`
+/// features in a usual frame, divided by `n`; of that the share of frames that do not show it counts, since what all
+/// frames share moves no pose. A turn that no sample tells is uncertain by 3 rad. Zero where there is no pose.
 pub(crate) fn of_registered(
     tracks: &Tracks,
     poses: &[Option<Pose>],
@@ -22,6 +24,17 @@ pub(crate) fn of_registered(
     centre: &Point3<f64>,
 ) -> Vec<Matrix6<f64>> {
     let equal = spread.along == spread.across;
+    let mut shown = vec![0.0; shape.len()];
+    let mut posed = 0.0;
+    for (frame, _) in poses.iter().enumerate().filter(|(_, pose)| pose.is_some()) {
+        posed += 1.0;
+        tracks.seen(frame).filter(|&(feature, _)| used(frame, feature)).for_each(|(feature, _)| shown[feature] += 1.0);
+    }
+    let usual = shown.iter().sum::<f64>() / f64::max(posed, 1.0);
+    let of_shape = |feature: usize| {
+        let hidden = 1.0 - shown[feature] / f64::max(posed, 1.0);
+        hidden * (1.0 + 2.0 / f64::max(usual, 1.0)) / f64::max(shown[feature], 1.0)
+    };
     let prior = Matrix6::from_diagonal(&nalgebra::Vector6::new(1.0, 1.0, 1.0, 0.0, 0.0, 0.0)) / UNKNOWN_TURN.powi(2);
     let of_pose = |(frame, pose): (usize, &Option<Pose>)| -> Option<Matrix6<f64>> {
         let pose = pose.as_ref()?;
@@ -34,7 +47,7 @@ pub(crate) fn of_registered(
                 Matrix3::from_diagonal_element(spread.across.powi(-2))
             } else {
                 spread.information(&position.coords.normalize())
-            };
+            } / (1.0 + of_shape(feature));
             turning -= lever * information * lever;
             mixed += lever * information;
             moving += information;
