@@ -99,8 +99,7 @@ pub struct Evidence {
     pub chi_squared: f64,
     /// Its expectation, if the model is right: numbers observed less numbers fitted.
     pub freedom: f64,
-    /// Cost of the joint's positions over time, and of what differs among frames that were merged into one, in units of
-    /// -2 log likelihood.
+    /// Cost of the joint's positions over time, in units of -2 log likelihood.
     pub configuration_cost: f64,
     /// Cost of what is unlikely beforehand, a hinge far from its body say, in units of -2 log likelihood.
     pub prior_cost: f64,

@@ -54,13 +54,11 @@ impl JointModel for Free {
         // What every parameter that play does not charge gains by chance.
         let unpaid = f64::from(PARAMETERS.saturating_sub(self.parameters));
         fit.evidence = Some(Evidence {
-            chi_squared: 0.0,
-            configuration_cost: random_effect::cost(&departures, series.noise())
-                + series.merged_cost()
-                + unpaid * series.correlation_time(),
+            chi_squared: series.merged_cost(),
+            configuration_cost: random_effect::cost(&departures, series.noise()) + unpaid * series.correlation_time(),
             prior_cost: hidden_cost(mobility, series),
             mobility,
-            freedom: 0.0,
+            freedom: 6.0 * (series.seen() - count) as f64,
             observations: observations(series),
             correlation_time: series.correlation_time(),
             departure: plays.then_some(Departure { squared: 0.0, per_noise: f64::INFINITY, adequate: 25.0 }),

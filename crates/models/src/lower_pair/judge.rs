@@ -101,8 +101,8 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     let chi_squared = sum_of(&squares, 6.0, series.correlation_time());
     let mobility = mechanism.mobility();
     let mut evidence = Evidence {
-        chi_squared,
-        configuration_cost: configuration_cost(mechanism, &ideal) + series.merged_cost(),
+        chi_squared: chi_squared + series.merged_cost(),
+        configuration_cost: configuration_cost(mechanism, &ideal),
         prior_cost: hidden_cost(mobility, series),
         mobility,
         freedom: freedom(mobility, series),
@@ -154,7 +154,7 @@ fn freedom(mobility: Mobility, series: &PoseSeries) -> f64 {
     let free = f64::from(mobility.turns + mobility.slides);
     // Mean and spread of the positions are parameters, but take nothing from the residuals.
     let fixed = mobility.parameters as f64 - free - free * (free + 1.0) / 2.0;
-    ((6.0 - free) * series.poses().len() as f64 - fixed).max(0.0)
+    (6.0 * series.seen() as f64 - free * series.poses().len() as f64 - fixed).max(0.0)
 }
 
 impl Judged {
