@@ -397,7 +397,6 @@ fn noise_and_misfit_are_told_truly_whatever_the_samples_are_like() {
 }
 
 #[test]
-#[ignore = "chi squared is 7 percent too large with many dropouts"]
 fn misfit_is_told_truly_where_some_frames_show_few_features() {
     // Frames are then known unevenly, and none is wrong for being known badly.
     let options = SceneOptions { dropout: Some(0.3), features: Some(8), ..options(0, NOISE) };

@@ -8,6 +8,9 @@ use crate::{BodyMotion, Play, Pose, leaps, twist};
 const MOST_FRAMES: usize = 400;
 /// Frames that are needed besides their exact repetitions.
 const FEW_FRESH: usize = 6;
+/// Uncertainty of a frame's turn that is passed over: in usual ones, and least, radians.
+const VAGUE: f64 = 4.0;
+const VAGUE_TURN: f64 = 0.1;
 /// Most frames that are merged into one: in more, motion would be lost.
 const LONGEST_RUN: usize = 20;
 /// Standard deviations of what differs within merged runs above chance that may be motion.
@@ -105,11 +108,19 @@ impl PoseSeries {
         let fresh: Vec<usize> = (0..common.len())
             .filter(|&index| index == 0 || !(repeats(reference, common[index].0) && repeats(moving, common[index].0)))
             .collect();
+        // A turn that a few features hardly tell is no small one, and what is computed of it means nothing.
+        let (of_reference, of_moving) = (reference.pose_covariances(), moving.pose_covariances());
+        let turn_noise = |index: &usize| {
+            let frame = common[*index].0;
+            [of_reference, of_moving].map(|of| of[frame].fixed_view::<3, 3>(0, 0).trace()).iter().sum::<f64>().sqrt()
+        };
+        let usual = median(fresh.iter().map(turn_noise).collect());
+        let told = |index: &usize| turn_noise(index) < (VAGUE * usual).max(VAGUE_TURN);
+        let fresh: Vec<usize> = fresh.into_iter().filter(told).collect();
         let fresh = if fresh.len() < FEW_FRESH { (0..common.len()).collect() } else { fresh };
         let (_, first_reference, first_moving) = common.first()?;
         let moving_origin = moving.centre().coords;
         let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
-        let (of_reference, of_moving) = (reference.pose_covariances(), moving.pose_covariances());
         let reference_centre = reference.centre();
         let shift = |by: &Vector3<f64>| Pose::from(Translation3::from(*by));
         let (before, after) = (shift(&-origin), shift(&moving_origin));
