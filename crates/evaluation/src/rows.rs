@@ -86,12 +86,16 @@ fn short_sweep_axis() -> Row {
 }
 
 fn little_noise() -> Row {
+    const SWEEPS: [f64; 3] = [20.0, 45.0, 90.0];
     let cell = |sweep: f64| {
         Cell::types(format!("1 mm, {sweep} deg"), &noise_and_sweep(1.0, sweep))
             .share(Measure::Classes, 99.0, 100.0)
-            .axis([0.65, 1.0], [0.55, 0.8])
+            .by(&[Measure::Angle, Measure::Distance])
     };
-    Row::new("A4", "little noise: types and revolute axis", [20.0, 45.0, 90.0].map(cell).into())
+    // At 20 degrees alone A3's figures, divided by three, are what noise leaves.
+    let hinges = SWEEPS.map(|sweep| Condition::new("revolute", noise_and_sweep(1.0, sweep)));
+    let hinges = Cell::of("1 mm, hinges of all sweeps", hinges.into()).axis([0.65, 1.0], [0.55, 0.8]);
+    Row::new("A4", "little noise: types and revolute axis", SWEEPS.map(cell).into_iter().chain([hinges]).collect())
 }
 
 fn much_noise() -> Row {
@@ -333,8 +337,11 @@ fn peers() -> Row {
         AtMost(1.3),
     );
     let slid = |travel| SceneOptions { travel: Some(travel), ..poses.clone() };
+    // Ratios of medians need more of them.
+    let (wild, first) =
+        (wild.repeated(Repetitions::All), hinge("hinge 90 deg", turned(90.0)).repeated(Repetitions::All));
     let cells = vec![
-        within(hinge("hinge 90 deg", turned(90.0)), [0.24, 3.3], [0.2, 3.0]),
+        within(first, [0.24, 3.3], [0.2, 3.0]),
         within(hinge("hinge 30 deg", turned(30.0)), [1.1, 18.0], [1.1, 18.0]),
         within(hinge("hinge 10 deg", turned(10.0)), [3.2, 78.0], [3.2, 78.0]),
         wild,

@@ -170,12 +170,15 @@ pub struct Mobility {
     pub slides: u8,
     /// Parameters that a fit determines, those of the positions' distribution included.
     pub parameters: usize,
+    /// Whether it advances along an axis that it turns about, freely or in proportion: what turns in a plane or about
+    /// a point does not.
+    pub advances: bool,
 }
 
 impl Mobility {
     /// Whether this mechanism can do all that another can, and more, as far as turns and slides tell.
     pub fn contains(&self, other: &Self) -> bool {
-        let as_free = self.turns >= other.turns && self.slides >= other.slides;
+        let as_free = self.turns >= other.turns && self.slides >= other.slides && (self.advances || !other.advances);
         as_free && (self.turns + self.slides > other.turns + other.slides || self.parameters > other.parameters)
     }
 }

@@ -34,7 +34,7 @@ const MOST_DRIFT: f64 = 0.96;
 /// Share of the third differences that is quiet even where samples are wild, and the quantile of that length at that
 /// share.
 const QUIET_SHARE: f64 = 0.2;
-const NORMAL_QUIET: f64 = 1.002584;
+const NORMAL_QUIET: f64 = 1.002_584;
 
 /// What the residuals of a registration to a shape tell.
 pub(crate) struct Residuals {
@@ -148,7 +148,7 @@ fn median(values: Vec<f64>) -> Option<f64> {
 fn efficient(robust: f64, lengths: &[f64]) -> f64 {
     const CUT: f64 = 3.8;
     /// Mean square per coordinate of a standard normal vector that is cut there.
-    const CUT_VARIANCE: f64 = 0.989295;
+    const CUT_VARIANCE: f64 = 0.989_295;
     let within = || lengths.iter().filter(|length| **length <= CUT * robust);
     let count = 3.0 * within().count() as f64;
     if count > 0.0 { (within().map(|r| r * r).sum::<f64>() / count / CUT_VARIANCE).sqrt() } else { robust }

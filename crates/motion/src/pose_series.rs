@@ -115,7 +115,9 @@ impl PoseSeries {
             [of_reference, of_moving].map(|of| of[frame].fixed_view::<3, 3>(0, 0).trace()).iter().sum::<f64>().sqrt()
         };
         let usual = median(fresh.iter().map(turn_noise).collect());
-        let told = |index: &usize| turn_noise(index) < (VAGUE * usual).max(VAGUE_TURN);
+        // A tracker's turn that was smoothed is as good as it says.
+        let tracked = reference.is_tracked() || moving.is_tracked();
+        let told = |index: &usize| tracked || turn_noise(index) < (VAGUE * usual).max(VAGUE_TURN);
         let fresh: Vec<usize> = fresh.into_iter().filter(told).collect();
         let fresh = if fresh.len() < FEW_FRESH { (0..common.len()).collect() } else { fresh };
         let (_, first_reference, first_moving) = common.first()?;

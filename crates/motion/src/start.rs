@@ -62,13 +62,13 @@ pub(crate) fn first_pose(
     let mut count = FEWEST;
     while count <= series.len() && open.contains(&true) {
         let parts = [0, 1].map(|part| Polynomials::of(&series[..count], part));
-        for degree in 0..DEGREES {
+        for (degree, open) in open.iter_mut().enumerate() {
             let left: f64 = parts.iter().map(|part| part.left(degree)).sum();
             let beyond: f64 = parts.iter().map(|part| part.beyond(degree)).sum();
-            open[degree] &= is_chance(left, 6 * (count - degree - 1)) && is_chance(beyond, 6 * BEYOND);
+            *open &= is_chance(left, 6 * (count - degree - 1)) && is_chance(beyond, 6 * BEYOND);
             let variance = |k: usize| parts[k].variance(degree) / series[0].variance[k];
             let known = variance(0) + variance(1);
-            if open[degree] && known < best.map_or(2.0, |(least, ..)| least) {
+            if *open && known < best.map_or(2.0, |(least, ..)| least) {
                 best = Some((known, count, degree));
             }
         }

@@ -18,7 +18,7 @@
 //! struct KnownScrew { pitch: f64 }
 //!
 //! impl Mechanism for KnownScrew {
-//!     fn mobility(&self) -> Mobility { Mobility { turns: 1, slides: 0, parameters: 11 } }
+//!     fn mobility(&self) -> Mobility { Mobility { turns: 1, slides: 0, parameters: 11, advances: false } }
 //!     fn geometry(&self, _: &Vector2<f64>) -> Geometry { Geometry::Axis { pitch: Some(self.pitch) } }
 //!     fn pose(&self, q: &Vector3<f64>, _: &Vector2<f64>) -> Pose {
 //!         Pose::new(Vector3::z() * self.pitch * q.x, Vector3::z() * q.x)

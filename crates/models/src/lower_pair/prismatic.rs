@@ -43,7 +43,7 @@ joint_model!(Prismatic, "prismatic", "translation along a fixed line");
 
 impl Mechanism for Prismatic {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 0, slides: 1, parameters: 9 }
+        Mobility { turns: 0, slides: 1, parameters: 9, advances: false }
     }
 
     fn geometry(&self, _: &Vector2<f64>) -> Geometry {

@@ -34,7 +34,7 @@ joint_model!(Screw, "screw", "rotation about a fixed axis with proportional tran
 
 impl Mechanism for Screw {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 1, slides: 0, parameters: 12 }
+        Mobility { turns: 1, slides: 0, parameters: 12, advances: true }
     }
 
     fn constants(&self) -> usize {
