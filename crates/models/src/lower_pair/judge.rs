@@ -221,7 +221,7 @@ fn robust(
         if most(&turns) < 2.0 * turn && most(&shifts) < 2.0 * shift {
             break;
         }
-        let weight = |length: f64, limit: f64| (1.0 + (length / limit).powi(2)).powi(-2) + 1e-6;
+        let weight = |length: f64, limit: f64| (limit / length.max(limit)).powi(4) + 1e-6;
         weights = turns.iter().zip(&shifts).map(|(r, x)| [weight(*r, turn), weight(*x, shift)]).collect();
         fitted = refit(mechanism, series.poses(), &whitened(series, play, &weights), &fitted)?;
     }
