@@ -1,4 +1,4 @@
-//! Time on the standard workloads: W1 registration, W2 one pair, W3 all pairs.
+//! Time on the standard workloads: W1 registration, W2 one pair, W3 all pairs, and one pair by likelihood.
 //!
 //! Each group holds, beside ours, what it is to be compared with in the same run: reading the same memory once, and
 //! registration by nalgebra's SVD. Results are compared before they are timed.
@@ -12,8 +12,11 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use jointscope_detection::{Configuration, Detector};
 use jointscope_models::Catalog;
-use jointscope_motion::{Body, BodyMotion, MotionSettings, Pose, Registration, Tracks, register};
-use jointscope_scenes::workloads::{hinge, kitchen, registrations};
+use jointscope_motion::{Body, BodyMotion, MotionSettings, Observation, Pose, Registration, Tracks, register};
+use jointscope_scenes::{
+    SceneOptions, simulate,
+    workloads::{hinge, kitchen, registrations},
+};
 use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 const THESIS: &str = include_str!("../../../configs/thesis.toml");
@@ -108,5 +111,45 @@ fn detection(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, registration, detection);
+/// A pair of bodies of the nominal scene: both registrations, and all models and the rule besides.
+fn likelihood(criterion: &mut Criterion) {
+    let catalog = Catalog::linked().expect("unique names");
+    let configuration = Configuration::parse("", &catalog).expect("valid");
+    let settings = MotionSettings::default();
+    let detector = Detector::new(configuration);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads");
+    let mut group = criterion.benchmark_group("likelihood detection, 50 frames of 20 features");
+    group.sample_size(20);
+    for joint in ["rigid", "revolute", "planar", "disconnected"] {
+        let options = SceneOptions { seed: 1008, ..SceneOptions::default() };
+        let recording = simulate(joint, &options).expect("a scene").recording;
+        let found = detector.detect(recording.clone(), None).expect("two bodies").pairs.remove(0);
+        assert_eq!(found.verdict.joint, joint);
+        group.bench_function(BenchmarkId::new("read the memory", joint), |b| {
+            b.iter(|| {
+                let tracks = |body: &Body| match body.observation() {
+                    Observation::Points { tracks, .. } => sum_of_coordinates(tracks),
+                    _ => 0.0,
+                };
+                black_box(&recording).bodies().iter().map(tracks).sum::<f64>()
+            });
+        });
+        group.bench_function(BenchmarkId::new("both registrations", joint), |b| {
+            b.iter(|| {
+                let motions = recording.bodies().iter().map(|body| BodyMotion::of(black_box(body), &settings));
+                motions.map(|motion| motion.pose_covariances().len()).sum::<usize>()
+            });
+        });
+        group.bench_function(BenchmarkId::new("registrations, eight models and rule", joint), |b| {
+            b.iter_batched(
+                || recording.clone(),
+                |recording| pool.install(|| detector.detect(recording, None)),
+                criterion::BatchSize::SmallInput,
+            );
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, registration, detection, likelihood);
 criterion_main!(benches);
