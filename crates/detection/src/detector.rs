@@ -62,7 +62,13 @@ impl<'r> Watched<'r> {
                 outlier.noise
             ))
         });
-        let doubt = doubt.or(few);
+        let restless = motion.restless().map(|share| {
+            format!(
+                "{name}: the tracked orientation jumps in {:.0} % of the frames, too many to tell which are right",
+                100.0 * share
+            )
+        });
+        let doubt = doubt.or(few).or(restless);
         Self { motion, notes, doubt }
     }
 }

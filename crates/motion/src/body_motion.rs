@@ -14,7 +14,7 @@ use crate::start::first_pose;
 use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
     Body, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, Tracks, depth, noise,
-    tracked::without_jumps,
+    tracked::{Mended, without_jumps},
 };
 
 /// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
@@ -50,8 +50,8 @@ pub struct BodyMotion<'r> {
     spread: Spread,
     drift: f64,
     line: Option<Line>,
-    /// Of a body given as poses: without jumps, and the frames whose rotation was replaced.
-    tracked: Option<(Vec<Option<Pose>>, Vec<bool>)>,
+    /// Of a body given as poses: without jumps.
+    tracked: Option<Mended>,
     pose_radius: f64,
     play: Play,
     at_rest: bool,
@@ -232,10 +232,10 @@ impl<'r> BodyMotion<'r> {
         };
         let quiet = [noise::of_positions(tracked, Trust::Quiet), noise::of_rotations(tracked, Trust::Quiet)];
         let [position, rotation] = quiet.map(Option::unwrap_or_default);
-        let (cleaned, replaced) = without_jumps(tracked, position, rotation);
+        let mended = without_jumps(tracked, position, rotation);
         // Noise is that of what is left; where jumps leave gaps everywhere, that of all.
         let estimate = |of: fn(&[Option<Pose>], Trust) -> Option<f64>| {
-            of(&cleaned, Trust::Most).or_else(|| of(tracked, Trust::Most))
+            of(&mended.poses, Trust::Most).or_else(|| of(tracked, Trust::Most))
         };
         let position = match settings.noise {
             NoiseSetting::Known(sigma) => Some(sigma),
@@ -246,7 +246,7 @@ impl<'r> BodyMotion<'r> {
         Self {
             poses: from_start(tracked),
             noise: Noise { position, rotation },
-            tracked: Some((from_start(&cleaned), replaced)),
+            tracked: Some(Mended { poses: from_start(&mended.poses), ..mended }),
             ..Self::unseen(name, tracks, settings)
         }
     }
@@ -300,10 +300,16 @@ impl<'r> BodyMotion<'r> {
 
     /// Number of frames whose tracked rotation, or whose whole pose, left its surroundings in time and was not used.
     pub fn jumps(&self) -> usize {
-        self.tracked.as_ref().map_or(0, |(cleaned, replaced)| {
-            let dropped = self.poses.iter().zip(cleaned).filter(|(pose, kept)| pose.is_some() && kept.is_none());
-            dropped.count() + replaced.iter().filter(|replaced| **replaced).count()
+        self.tracked.as_ref().map_or(0, |mended| {
+            let dropped = self.poses.iter().zip(&mended.poses).filter(|(pose, kept)| pose.is_some() && kept.is_none());
+            dropped.count() + mended.replaced.iter().filter(|replaced| **replaced).count()
         })
+    }
+
+    /// Share of the tracked rotations that leave their surroundings, where it is so large that nobody knows which are
+    /// wrong, and none was replaced.
+    pub fn restless(&self) -> Option<f64> {
+        self.tracked.as_ref()?.restless
     }
 
     /// Direction of the line on which all features of the body lie, in the body's coordinates, if they do: the turn
@@ -324,7 +330,7 @@ impl<'r> BodyMotion<'r> {
     pub fn likely_poses(&self) -> &[Option<Pose>] {
         match (&self.line, &self.tracked) {
             (Some(line), _) => &line.poses,
-            (None, Some((cleaned, _))) => cleaned,
+            (None, Some(mended)) => &mended.poses,
             (None, None) => &self.poses,
         }
     }
@@ -334,7 +340,7 @@ impl<'r> BodyMotion<'r> {
     pub fn pose_covariances(&self) -> &[Matrix6<f64>] {
         self.covariances.get_or_init(|| {
             let centre = self.centre();
-            if let Some((_, replaced)) = &self.tracked {
+            if let Some(Mended { replaced, .. }) = &self.tracked {
                 let [position, rotation] = [self.noise.position, self.noise.rotation].map(Option::unwrap_or_default);
                 return of_tracked(position, rotation, replaced, REPLACED);
             }

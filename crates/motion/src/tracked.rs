@@ -16,22 +16,31 @@ const IN_NOISE: f64 = 8.0;
 const IN_QUARTILES: f64 = 6.0;
 /// Least departure of a rotation that counts as a flip, radians.
 const LEAST_FLIP: f64 = 0.052;
+/// Share of rotations that leave their surroundings from which flips are suspected where none could be told.
+const RESTLESS: f64 = 0.2;
 /// Largest share of the frames that can be wrong; with more, nobody knows which.
 const MOST_POSITIONS: f64 = 0.4;
 const MOST_ROTATIONS: f64 = 0.4;
 
-/// Frames whose position jumps away are dropped; rotations that do are replaced by those of their surroundings, and
-/// marked. The flips of a flat marker seen by one camera are of this kind: the position stays right.
-pub(crate) fn without_jumps(
-    poses: &[Option<Pose>],
-    position_noise: f64,
-    rotation_noise: f64,
-) -> (Vec<Option<Pose>>, Vec<bool>) {
+/// Poses given by a tracker after their jumps were mended.
+#[derive(Debug, Clone)]
+pub(crate) struct Mended {
+    /// Without those whose position jumps away; rotations that do are those of their surroundings.
+    pub(crate) poses: Vec<Option<Pose>>,
+    /// Whose rotation was replaced.
+    pub(crate) replaced: Vec<bool>,
+    /// Share of the rotations that leave their surroundings, where it is so large that nobody knows which are wrong.
+    pub(crate) restless: Option<f64>,
+}
+
+/// Drops frames whose position jumps away, and replaces rotations that do. The flips of a flat marker seen by one camera
+/// are of this kind: the position stays right.
+pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotation_noise: f64) -> Mended {
     let mut cleaned = poses.to_vec();
     let mut replaced = vec![false; poses.len()];
     let frames: Vec<usize> = (0..poses.len()).filter(|&frame| poses[frame].is_some()).collect();
     if frames.len() < FEW {
-        return (cleaned, replaced);
+        return Mended { poses: cleaned, replaced, restless: None };
     }
     let positions: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
     let around = expected(&positions);
@@ -68,7 +77,10 @@ pub(crate) fn without_jumps(
             }
         }
     }
-    (cleaned, replaced)
+    let leaves = (IN_MEDIANS * median(&departures)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
+    let restless = share(&departures.iter().map(|departure| *departure > leaves).collect::<Vec<_>>());
+    let mended = share(&replaced) > 0.0;
+    Mended { poses: cleaned, replaced, restless: (!mended && restless > RESTLESS).then_some(restless) }
 }
 
 fn share(flags: &[bool]) -> f64 {
