@@ -108,6 +108,7 @@ fn left_out(motion: &BodyMotion<'_>, labels: &[String]) -> Vec<String> {
     }
     match motion.jumps() {
         0 => {}
+        1 => notes.push(format!("{name}: the tracked pose jumps in 1 frame, which was smoothed or left out")),
         count => {
             notes.push(format!("{name}: the tracked pose jumps in {count} frames, which were smoothed or left out"));
         }
@@ -334,18 +335,22 @@ fn fits_within(series: &PoseSeries, models: &BTreeMap<String, ModelFinding>, ver
 
 /// Tells the richer joint that the data show beyond the verdict's.
 fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Option<String> {
+    /// Least millimetres or degrees that are told.
+    const LEAST: f64 = 0.005;
     let name = verdict.richer.as_ref()?;
     let fit = |name: &String| models.get(name)?.as_ref().ok();
     let (simple, richer) = (fit(&verdict.joint)?, fit(name)?);
     let misfit = |fit: &JointFit| -> Option<String> {
-        let (distance, angle) = (fit.parts.get("misfit_distance")?, fit.parts.get("misfit_angle").copied());
-        let angle = angle.map_or(String::new(), |angle| format!(" and {:.2} degrees", angle.to_degrees()));
-        Some(format!("{:.2} mm{angle}", 1e3 * distance))
+        let distance = 1e3 * fit.parts.get("misfit_distance")?;
+        let angle = fit.parts.get("misfit_angle").map_or(0.0, |angle| angle.to_degrees());
+        let told = [(distance, "mm"), (angle, "degrees")].into_iter().filter(|(amount, _)| *amount >= LEAST);
+        let told: Vec<String> = told.map(|(amount, unit)| format!("{amount:.2} {unit}")).collect();
+        Some(if told.is_empty() { "noise".into() } else { format!("{} beyond noise", told.join(" and ")) })
     };
     let pitch = richer.joint.axis.and_then(|axis| axis.pitch).filter(|pitch| *pitch != 0.0);
     let pitch = pitch.map_or(String::new(), |pitch| format!(" of {:.2} mm per radian", 1e3 * pitch));
     Some(format!(
-        "{} within {} beyond noise; {name}{pitch} fits better, within {}",
+        "{} within {}; {name}{pitch} fits better, within {}",
         verdict.joint,
         misfit(simple)?,
         misfit(richer)?
