@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::{Axis, Confidence, JointFit, JointModel};
 use jointscope_motion::{
-    Body, BodyMotion, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
+    Body, BodyMotion, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError, leaps,
+    nalgebra::Point3,
 };
 use jointscope_scoring::{Finding, Findings, Rule, Verdict};
 use rayon::prelude::*;
@@ -21,6 +22,12 @@ const FEW_FRAMES: usize = 6;
 const FAINT: f64 = 4.0;
 /// Frames that remain when frames are merged; what makes the motion likeliest counts.
 const MERGED_FRAMES: [usize; 4] = [24, 16, 10, 7];
+/// Share of frames in which bodies leap apart from which more are suspected than were left out; of a single point, which
+/// nothing confirms, it is less.
+const MOST_LEAPS: f64 = 0.04;
+const MOST_LEAPS_OF_A_POINT: f64 = 0.03;
+/// Least leap of a point that matters, metres.
+const LEAST_LEAP: f64 = 1e-6;
 /// Factor on the noise by which frames that are no smooth motion are tried to be explained.
 const QUIET: f64 = 0.1;
 
@@ -349,12 +356,7 @@ fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Op
     };
     let pitch = richer.joint.axis.and_then(|axis| axis.pitch).filter(|pitch| *pitch != 0.0);
     let pitch = pitch.map_or(String::new(), |pitch| format!(" of {:.2} mm per radian", 1e3 * pitch));
-    Some(format!(
-        "{} within {}; {name}{pitch} fits better, within {}",
-        verdict.joint,
-        misfit(simple)?,
-        misfit(richer)?
-    ))
+    Some(format!("{} within {}; {name}{pitch} fits better, within {}", verdict.joint, misfit(simple)?, misfit(richer)?))
 }
 
 /// Says so if the bodies were apart in single frames.
@@ -414,10 +416,27 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
             doubts.push("the motion stays below the noise; record more motion".into());
         }
     }
+    let (share, most) = match motion.pose_series() {
+        Some(series) => (series.leap_share(), MOST_LEAPS),
+        None => (most_leaps(motion), MOST_LEAPS_OF_A_POINT),
+    };
+    if share > most && verdict.cost.is_some() {
+        doubts.push(format!(
+            "the bodies leap apart and back in {:.0} % of the frames: more may be wrong than can be told; track better",
+            100.0 * share
+        ));
+    }
     if models.values().all(Result::is_err) {
         doubts.push("no model could judge this motion".into());
     }
     doubts
+}
+
+/// Share of the frames in which a feature leaps away and back, of the moving body's features the largest.
+fn most_leaps(motion: &RelativeMotion<'_>) -> f64 {
+    let of_feature =
+        |points: &[Point3<f64>]| leaps(&points.iter().map(|p| p.coords).collect::<Vec<_>>(), LEAST_LEAP).share;
+    motion.trajectories().iter().map(|trajectory| of_feature(trajectory.points)).fold(0.0, f64::max)
 }
 
 /// The pairs asked for, or all; the world, where there will be one, counts as the first body.

@@ -67,9 +67,9 @@ impl Path {
         let of_bodies = motion.moving().noise().position.unwrap_or(0.0);
         let of_reference = motion.reference().noise().position.unwrap_or(0.0);
         let places: Vec<Vector3<f64>> = trajectory.points.iter().map(|p| p.coords).collect();
-        let leaps = leaps(&places, of_bodies.hypot(of_reference));
-        let left_out = leaps.iter().filter(|leap| **leap).count();
-        let taken: Vec<usize> = taken.into_iter().filter(|&k| !leaps[k]).collect();
+        let leaps = leaps(&places, LEAST_NOISE * misfit::vector_range(&places));
+        let left_out = leaps.frames.iter().filter(|leap| **leap).count();
+        let taken: Vec<usize> = taken.into_iter().filter(|&k| !leaps.frames[k]).collect();
         let frames = taken.iter().map(|&k| trajectory.frames[k]).collect();
         let points: Vec<Vector3<f64>> = taken.iter().map(|&k| trajectory.points[k].coords).collect();
         let middle =

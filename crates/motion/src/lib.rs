@@ -41,7 +41,7 @@ pub use body::{Body, Observation};
 pub use body_motion::{BodyMotion, Noise, Outlier};
 pub use error::MotionError;
 pub use extent::{extent, path_length};
-pub use leaps::leaps;
+pub use leaps::{Leaps, leaps};
 pub use play::Play;
 pub use pose_series::{End, PoseSeries, Start};
 pub use recording::Recording;

@@ -6,6 +6,12 @@ use crate::{BodyMotion, Play, Pose, leaps, twist};
 
 /// Most frames of a series; of longer recordings so many are taken, evenly.
 const MOST_FRAMES: usize = 400;
+/// Share of a long recording's frames in which there is motion below which they are sought out.
+const SPARSE: f64 = 0.25;
+/// Steps of a long recording that count as motion, in standard deviations of a sample's coordinate.
+const IN_NOISE: f64 = 4.0;
+/// Size beyond which bodies are not built less exactly, metres.
+const LARGE: f64 = 1.0;
 /// Frames that are needed besides their exact repetitions.
 const FEW_FRESH: usize = 6;
 /// Uncertainty of a frame's turn that is passed over: in usual ones, and least, radians.
@@ -37,6 +43,7 @@ const MOST_DRIFT: f64 = 0.96;
 /// whether that exchanges the bodies. Poses are taken about the moving body's centre: coordinates of the reference are
 /// moved by [`PoseSeries::origin`], those of the moving body by [`PoseSeries::moving_origin`].
 #[derive(Debug, Clone)]
+#[expect(clippy::struct_excessive_bools, reason = "each says something else of the series")]
 pub struct PoseSeries {
     frames: Vec<usize>,
     poses: Vec<Pose>,
@@ -53,6 +60,8 @@ pub struct PoseSeries {
     play: Play,
     observed: usize,
     leaps: usize,
+    leap_share: f64,
+    evenly: bool,
     seen: usize,
     every_pose: Vec<(usize, Pose)>,
     start: Option<Start>,
@@ -93,40 +102,31 @@ impl PoseSeries {
         let (reference, moving) =
             if reversed { (asked_moving, asked_reference) } else { (asked_reference, asked_moving) };
         let both = reference.likely_poses().iter().zip(moving.likely_poses()).enumerate();
-        let mut common: Vec<(usize, Pose, Pose)> =
-            both.filter_map(|(frame, (r, m))| Some((frame, (*r)?, (*m)?))).collect();
+        let mut common: Vec<Common> = both.filter_map(|(frame, (r, m))| Some((frame, (*r)?, (*m)?))).collect();
         let observed = common.len();
         let size = if reference.is_at_rest() { moving.size() } else { reference.size().max(moving.size()) };
         let noise_of = |body: &BodyMotion<'_>| body.noise().position.unwrap_or(0.0);
         let places: Vec<Vector3<f64>> =
             common.iter().map(|(_, r, m)| (r.inverse() * m * moving.centre()).coords).collect();
         let noise = noise_of(reference).hypot(noise_of(moving)).max(LEAST_SHIFT * size);
-        let mut leaping = leaps(&places, noise).into_iter();
-        common.retain(|_| !leaping.next().unwrap_or(false));
-        // An exact repetition of a frame says nothing new.
-        let repeats = |body: &BodyMotion<'_>, frame| body.is_at_rest() || body.tracks().repeats_previous(frame);
-        let fresh: Vec<usize> = (0..common.len())
-            .filter(|&index| index == 0 || !(repeats(reference, common[index].0) && repeats(moving, common[index].0)))
-            .collect();
-        // A turn that a few features hardly tell is no small one, and what is computed of it means nothing.
+        let leaping = leaps(&places, LEAST_SHIFT * size);
+        let mut leaves = leaping.frames.iter();
+        common.retain(|_| !leaves.next().copied().unwrap_or(false));
+        let fresh = telling_more(&common, reference, moving);
         let (of_reference, of_moving) = (reference.pose_covariances(), moving.pose_covariances());
-        let turn_noise = |index: &usize| {
-            let frame = common[*index].0;
-            [of_reference, of_moving].map(|of| of[frame].fixed_view::<3, 3>(0, 0).trace()).iter().sum::<f64>().sqrt()
-        };
-        let usual = median(fresh.iter().map(turn_noise).collect());
-        // A tracker's turn that was smoothed is as good as it says.
-        let tracked = reference.is_tracked() || moving.is_tracked();
-        let told = |index: &usize| tracked || turn_noise(index) < (VAGUE * usual).max(VAGUE_TURN);
-        let fresh: Vec<usize> = fresh.into_iter().filter(told).collect();
-        let fresh = if fresh.len() < FEW_FRESH { (0..common.len()).collect() } else { fresh };
         let (_, first_reference, first_moving) = common.first()?;
         let moving_origin = moving.centre().coords;
         let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
         let reference_centre = reference.centre();
         let shift = |by: &Vector3<f64>| Pose::from(Translation3::from(*by));
         let (before, after) = (shift(&-origin), shift(&moving_origin));
-        let taken = evenly(fresh.len(), MOST_FRAMES).into_iter().map(|index| fresh[index]);
+        let of_fresh = |&index: &usize| {
+            let (_, r, m) = &common[index];
+            r.inverse() * m
+        };
+        let arm = if moving.is_tracked() { 0.0 } else { moving.size() / 2.0 };
+        let looked_at = telling(&fresh.iter().map(of_fresh).collect::<Vec<_>>(), &moving.centre(), arm, noise);
+        let taken = looked_at.frames.iter().map(|index| fresh[*index]);
         let (mut frames, mut poses, mut noise) = (Vec::new(), Vec::new(), Vec::new());
         for index in taken {
             let (frame, reference_pose, moving_pose) = &common[index];
@@ -175,6 +175,8 @@ impl PoseSeries {
             play: *play,
             observed,
             leaps: observed - common.len(),
+            leap_share: leaping.share,
+            evenly: looked_at.evenly,
             seen: 0,
             start: start_of(asked_reference),
             every_pose: common.iter().map(|(frame, r, m)| (*frame, before * r.inverse() * m * after)).collect(),
@@ -211,11 +213,12 @@ impl PoseSeries {
         let square = features.iter().map(Vector3::norm_squared).sum::<f64>() / features.len().max(1) as f64;
         let shift_noise = self.shift_noise_at(&centre, of_reference);
         let drifting = play.drift * drift * shift_noise;
-        let rest_play = (play.size * size + play.distance).hypot(drifting);
+        let large = size.min(LARGE);
+        let rest_play = (play.size * large + play.distance).hypot(drifting);
         // What noise adds to the range is no travel.
         let of_noise = NOISE_RANGE * shift_noise.hypot((2.0_f64 / 3.0 * square).sqrt() * self.turn_noise());
         let moved = (travel.powi(2) - of_noise.powi(2)).max(0.0).sqrt();
-        let shift_play = (play.travel * moved + play.size * size + play.distance).hypot(drifting);
+        let shift_play = (play.travel * moved + play.size * large + play.distance).hypot(drifting);
         End { centre, travel, radius: square.sqrt(), shift_noise, shift_play, rest_play }
     }
 
@@ -309,6 +312,11 @@ impl PoseSeries {
         self.leaps
     }
 
+    /// Share of the frames in which the bodies leap apart, also where it is so large that none was left out.
+    pub fn leap_share(&self) -> f64 {
+        self.leap_share
+    }
+
     /// Poses of the series before any were merged.
     pub fn seen(&self) -> usize {
         self.seen
@@ -358,7 +366,7 @@ impl PoseSeries {
 
     pub(crate) fn merged(&self, frames: usize) -> Option<Self> {
         let count = self.poses.len();
-        if frames == 0 || count < 2 * frames || count > LONGEST_RUN * frames {
+        if !self.evenly || frames == 0 || count < 2 * frames || count > LONGEST_RUN * frames {
             return None;
         }
         let mut merged = Self { frames: vec![], poses: vec![], noise: vec![], ..self.clone() };
@@ -479,6 +487,65 @@ pub(crate) fn evenly(count: usize, most: usize) -> Vec<usize> {
         return (0..count).collect();
     }
     (0..most).map(|k| k * (count - 1) / (most - 1)).collect()
+}
+
+/// Poses of reference and moving body in a frame.
+type Common = (usize, Pose, Pose);
+
+/// The frames, by their index in `common`, that say something of their own.
+fn telling_more(common: &[Common], reference: &BodyMotion<'_>, moving: &BodyMotion<'_>) -> Vec<usize> {
+    // An exact repetition of a frame says nothing new.
+    let repeats = |body: &BodyMotion<'_>, frame| body.is_at_rest() || body.tracks().repeats_previous(frame);
+    let fresh: Vec<usize> = (0..common.len())
+        .filter(|&index| index == 0 || !(repeats(reference, common[index].0) && repeats(moving, common[index].0)))
+        .collect();
+    // A turn that a few features hardly tell is no small one, and what is computed of it means nothing; but a tracker's
+    // turn that was smoothed is as good as it says.
+    let turn_noise = |index: &usize| {
+        let of = |body: &BodyMotion<'_>| body.pose_covariances()[common[*index].0].fixed_view::<3, 3>(0, 0).trace();
+        (of(reference) + of(moving)).sqrt()
+    };
+    let usual = median(fresh.iter().map(turn_noise).collect());
+    let tracked = reference.is_tracked() || moving.is_tracked();
+    let told = |index: &usize| tracked || turn_noise(index) < (VAGUE * usual).max(VAGUE_TURN);
+    let fresh: Vec<usize> = fresh.into_iter().filter(told).collect();
+    if fresh.len() < FEW_FRESH { (0..common.len()).collect() } else { fresh }
+}
+
+/// Poses that are looked at, and whether they lie evenly in time.
+struct LookedAt {
+    frames: Vec<usize>,
+    evenly: bool,
+}
+
+/// The poses of a long recording that are looked at: half of them evenly over time, and half evenly over the way that a
+/// body of this centre, turning on this arm, goes beyond noise, so that a motion between long rests is seen.
+fn telling(poses: &[Pose], centre: &Point3<f64>, arm: f64, noise: f64) -> LookedAt {
+    let count = poses.len();
+    if count <= MOST_FRAMES {
+        return LookedAt { frames: (0..count).collect(), evenly: true };
+    }
+    // Over some frames motion adds up, and jitter does not.
+    let stride = (count / 40).clamp(1, LONGEST_RUN);
+    let mut way = vec![0.0; count];
+    for at in stride..count {
+        let moved = poses[at - stride].inverse() * poses[at];
+        let step = (moved * centre - centre).norm() + moved.rotation.angle() * arm;
+        way[at] = way[at - 1] + (step - IN_NOISE * noise).max(0.0);
+    }
+    let whole = way[count - 1];
+    // So many frames there were, did all that move move alike.
+    let steps = || way.windows(2).map(|pair| pair[1] - pair[0]);
+    let moving = whole.powi(2) / steps().map(|step| step * step).sum::<f64>().max(f64::MIN_POSITIVE);
+    if count < 2 * MOST_FRAMES || whole <= 0.0 || moving > SPARSE * count as f64 {
+        return LookedAt { frames: evenly(count, MOST_FRAMES), evenly: true };
+    }
+    let mut taken = evenly(count, MOST_FRAMES / 2);
+    let half = MOST_FRAMES / 2;
+    taken.extend((1..=half).map(|k| way.partition_point(|way| *way < whole * k as f64 / half as f64).min(count - 1)));
+    taken.sort_unstable();
+    taken.dedup();
+    LookedAt { frames: taken, evenly: false }
 }
 
 /// A few points as far apart as can be, beginning with the one farthest from the origin.
