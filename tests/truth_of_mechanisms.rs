@@ -228,7 +228,6 @@ const JOINTS: [&str; 8] =
     ["rigid", "prismatic", "revolute", "screw", "cylindrical", "planar", "spherical", "disconnected"];
 
 #[test]
-#[ignore = "planes are not told from far spheres by more than 5.7"]
 fn every_joint_of_a_nominal_scene_is_determined_with_noise_and_without() {
     let mut open = Vec::new();
     for noise in [NOISE, QUIET] {
@@ -245,7 +244,6 @@ fn every_joint_of_a_nominal_scene_is_determined_with_noise_and_without() {
 }
 
 #[test]
-#[ignore = "planes keep a confidence of 0.003 against screws"]
 fn joints_that_cannot_move_like_this_are_ruled_out() {
     /// Confidence of a joint that noise and play together rule out.
     const RULED_OUT: f64 = 1e-3;

@@ -18,7 +18,7 @@ pub struct Play {
     #[schemars(range(min = 0.0, max = 1.0))]
     pub size: f64,
     /// Of positions in addition, in metres.
-    #[schemars(range(min = 0.0))]
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub distance: f64,
     /// Of rotations, as a share of the turn that the joint itself explains.
     #[schemars(range(min = 0.0, max = 1.0))]

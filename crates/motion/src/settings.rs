@@ -28,7 +28,7 @@ pub enum NoiseSetting {
     #[schemars(with = "EstimateWord")]
     Estimate,
     /// Known standard deviation per coordinate, metres.
-    Known(#[schemars(range(min = 0.0))] f64),
+    Known(#[schemars(range(min = 0.0, max = 1000.0))] f64),
 }
 
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -61,7 +61,7 @@ mod play_setting {
         /// A share of the travel, or "none".
         Share(String),
         /// Metres.
-        Distance(#[schemars(range(min = 0.0))] f64),
+        Distance(#[schemars(range(min = 0.0, max = 1000.0))] f64),
         /// Every share by itself.
         Table(Play),
     }
@@ -80,7 +80,10 @@ mod play_setting {
                 let number = text.strip_suffix('%').and_then(|number| number.trim().parse::<f64>().ok());
                 let percent = number.filter(|percent| (0.0..=100.0).contains(percent));
                 let travel = percent.ok_or_else(|| {
-                    D::Error::custom(format!("expected a share such as \"0.7 %\", or \"none\", found \"{text}\""))
+                    D::Error::custom(format!(
+                        "expected a share of 0 to 100 % such as \"0.7 %\", a number of metres without quotes, or \
+                         \"none\", found \"{text}\""
+                    ))
                 })? / 100.0;
                 Ok(Play { travel, ..Play::default() })
             }

@@ -136,7 +136,7 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
 
 /// Cost of a motion that no single frame shows: what rests is more likely at rest.
 pub(super) fn hidden_cost(mobility: Mobility, series: &PoseSeries) -> f64 {
-    const HIDDEN: f64 = 4.0;
+    const HIDDEN: f64 = 2.0;
     let merged = series.poses().len() < series.seen();
     if merged && mobility.turns + mobility.slides > 0 { HIDDEN } else { 0.0 }
 }
@@ -522,7 +522,11 @@ impl JointFit {
         self.parts.insert("bend", turned);
         // An arc that turns no more than rails do says nothing about hinges.
         let prior_cost = bend_cost(turned, bend) - far_hinge_cost(turned.max(2.0 * bend), sweep);
-        self.alternatives.extend(arc.evidence.map(|e| Evidence { prior_cost: e.prior_cost + prior_cost, ..e }));
+        // Bent or not, a slide is not likelier than a straight one beforehand.
+        let own = self.evidence.map_or(0, |evidence| evidence.mobility.parameters);
+        let of_bend = |e: &Evidence| e.mobility.parameters.saturating_sub(own) as f64 * e.observations.max(1.0).ln();
+        let bent = |e: Evidence| Evidence { prior_cost: e.prior_cost + prior_cost.max(-of_bend(&e)), ..e };
+        self.alternatives.extend(arc.evidence.map(bent));
         self
     }
 }
