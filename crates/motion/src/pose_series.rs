@@ -10,12 +10,10 @@ const MOST_FRAMES: usize = 400;
 const SPARSE: f64 = 0.25;
 /// Steps of a long recording that count as motion, in standard deviations of a sample's coordinate.
 const IN_NOISE: f64 = 4.0;
-/// Size beyond which bodies are not built less exactly, metres.
-const LARGE: f64 = 1.0;
 /// Frames that are needed besides their exact repetitions.
 const FEW_FRESH: usize = 6;
 /// Uncertainty of a frame's turn that is passed over: in usual ones, and least, radians.
-const VAGUE: f64 = 4.0;
+const VAGUE: f64 = 3.0;
 const VAGUE_TURN: f64 = 0.1;
 /// Most frames that are merged into one: in more, motion would be lost.
 const LONGEST_RUN: usize = 20;
@@ -213,12 +211,11 @@ impl PoseSeries {
         let square = features.iter().map(Vector3::norm_squared).sum::<f64>() / features.len().max(1) as f64;
         let shift_noise = self.shift_noise_at(&centre, of_reference);
         let drifting = play.drift * drift * shift_noise;
-        let large = size.min(LARGE);
-        let rest_play = (play.size * large + play.distance).hypot(drifting);
+        let rest_play = (play.size * size + play.distance).hypot(drifting);
         // What noise adds to the range is no travel.
         let of_noise = NOISE_RANGE * shift_noise.hypot((2.0_f64 / 3.0 * square).sqrt() * self.turn_noise());
         let moved = (travel.powi(2) - of_noise.powi(2)).max(0.0).sqrt();
-        let shift_play = (play.travel * moved + play.size * large + play.distance).hypot(drifting);
+        let shift_play = (play.travel * moved + play.size * size + play.distance).hypot(drifting);
         End { centre, travel, radius: square.sqrt(), shift_noise, shift_play, rest_play }
     }
 

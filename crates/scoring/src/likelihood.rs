@@ -34,6 +34,11 @@ fn place(name: &str) -> usize {
     ORDER.iter().position(|known| *known == name).unwrap_or(ORDER.len() + usize::from(last))
 }
 
+/// Squared departure of bodies that count as rigid, in standard deviations of play, beyond which a motion that another
+/// joint explains is told, and by how much noise must speak for it.
+const WOBBLES: f64 = 6.0;
+const SURELY: f64 = 100.0;
+
 /// What one joint costs.
 struct Candidate<'f> {
     name: &'f str,
@@ -177,6 +182,18 @@ impl Likelihood {
             doubts.push(format!(
                 "{} is the simplest, but leaves a motion that {} explains; noise or drift are too large to be sure",
                 best.name, better.name
+            ));
+        }
+        let still = best.evidence.mobility.turns + best.evidence.mobility.slides == 0;
+        let wobbles = still && best.evidence.departure.is_some_and(|d| d.squared > WOBBLES);
+        let explained = candidates.iter().find(|other| {
+            let gain = best.evidence.noise_cost() - other.evidence.noise_cost();
+            wobbles && !far_off(best) && other.evidence.departure.is_some_and(|d| d.squared < 1.0) && gain > SURELY
+        });
+        if let Some(joint) = explained {
+            doubts.push(format!(
+                "{} with more play than usual, or {}: noise does not explain the motion between the bodies",
+                best.name, joint.name
             ));
         }
         if let Some(departure) = best.evidence.departure

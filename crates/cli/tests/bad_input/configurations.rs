@@ -43,7 +43,9 @@ fn play_is_a_share_a_length_a_table_or_none() {
     for (play, found) in
         [("a lot", "a lot"), ("0.7", "0.7"), ("-1 %", "-1 %"), ("101 %", "101 %"), ("%", "%"), ("nan %", "nan %")]
     {
-        let message = format!("`play`: expected a share such as \"0.7 %\", or \"none\", found \"{found}\"");
+        let message = format!(
+            "`play`: expected a share of 0 to 100 % such as \"0.7 %\", a number of metres without quotes, or \"none\", found \"{found}\""
+        );
         misconfigured(&format!("[motion]\nplay = '{play}'"), "2:8", &[&message]);
     }
     misconfigured("[motion]\nplay = -1", "2:8", &["`play`: -1 is out of range", "0 <= x"]);
