@@ -113,6 +113,7 @@ impl Configuration {
         };
         let spans = key_spans(root.get("scoring"));
         let scoring: ScoringSettings = table(&mut root, "scoring")?;
+        check_scoring(&scoring, &spans)?;
         if scoring.rule == RuleKind::Likelihood
             && let Some(silent) = models.iter().find(|model| !model.model.states_evidence())
         {
@@ -179,6 +180,24 @@ fn check_recording(settings: &RecordingSettings, spans: &[(String, Range<usize>)
         return Err(at("world", "the world needs a name, found none".into()).help("for example: world = \"world\""));
     }
     Ok(())
+}
+
+/// Refuses settings of another rule than the one chosen, rather than ignoring them.
+fn check_scoring(settings: &ScoringSettings, spans: &[(String, Range<usize>)]) -> Result<(), SettingsError> {
+    const OF_CASCADE: [&str; 3] = ["order", "otherwise", "margin"];
+    const OF_LIKELIHOOD: [&str; 4] = ["priors", "lead", "lead_over_richer", "temperature"];
+    let (chosen, other, idle) = match settings.rule {
+        RuleKind::Likelihood => ("likelihood", "cascade", &OF_CASCADE[..]),
+        RuleKind::Cascade => ("cascade", "likelihood", &OF_LIKELIHOOD[..]),
+    };
+    match spans.iter().find(|(key, _)| idle.contains(&key.as_str())) {
+        Some((key, span)) => {
+            let message = format!("`{key}` is for the rule \"{other}\", but the rule is \"{chosen}\"");
+            let help = format!("take `{key}` out, or write rule = \"{other}\" under [scoring]");
+            Err(SettingsError::at(span.clone(), message).help(help))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The first letter of a text, where no better place is known.
@@ -319,6 +338,12 @@ mod tests {
                 "[scoring]\nrule = 'cascade'\norder = ['rigid', 'hinge']",
                 "the cascade's order names `hinge`, which is not among the models",
                 "['rigid', 'hinge']",
+            ),
+            ("[scoring]\nmargin = 0.9", "`margin` is for the rule \"cascade\", but the rule is \"likelihood\"", "0.9"),
+            (
+                "[scoring]\nrule = 'cascade'\nlead = 3.0",
+                "`lead` is for the rule \"likelihood\", but the rule is \"cascade\"",
+                "3.0",
             ),
             ("[scoring]\nrule = 'likelihod'", "`rule`: unknown value `likelihod`", "'likelihod'"),
             ("[recording]\npath = 'a'\nscene = 'b'", "a recording is either a `path` or a `scene`, not both", "'b'"),
