@@ -5,8 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::{Axis, Confidence, JointFit, JointModel};
 use jointscope_motion::{
-    Body, BodyMotion, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError, leaps,
-    nalgebra::Point3,
+    Body, BodyMotion, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
 };
 use jointscope_scoring::{Finding, Findings, Rule, Verdict};
 use rayon::prelude::*;
@@ -26,8 +25,6 @@ const MERGED_FRAMES: [usize; 4] = [24, 16, 10, 7];
 /// nothing confirms, it is less.
 const MOST_LEAPS: f64 = 0.04;
 const MOST_LEAPS_OF_A_POINT: f64 = 0.03;
-/// Least leap of a point that matters, metres.
-const LEAST_LEAP: f64 = 1e-6;
 /// Factor on the noise by which frames that are no smooth motion are tried to be explained.
 const QUIET: f64 = 0.1;
 
@@ -252,7 +249,9 @@ impl Detector {
         let (models, verdict, remark) = self.weighed(motion);
         pair.models = models;
         pair.notes.extend(remark);
-        pair.notes.extend(motion.pose_series().and_then(leapt));
+        if verdict.cost.is_some() {
+            pair.notes.extend(motion.pose_series().and_then(leapt));
+        }
         pair.notes.extend(told_by(&pair.models));
         pair.notes.extend(richer_note(&verdict, &pair.models));
         let doubts = doubts(motion, &verdict, &pair.models);
@@ -416,11 +415,11 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
             doubts.push("the motion stays below the noise; record more motion".into());
         }
     }
-    let (share, most) = match motion.pose_series() {
-        Some(series) => (series.leap_share(), MOST_LEAPS),
-        None => (most_leaps(motion), MOST_LEAPS_OF_A_POINT),
-    };
-    if share > most && verdict.cost.is_some() {
+    let of_point = models.values().flatten().filter_map(|fit| fit.parts.get("leap_share").copied()).next();
+    let of_poses = || motion.pose_series().map(PoseSeries::leap_share);
+    let leaps = of_point.map(|share| (share, MOST_LEAPS_OF_A_POINT));
+    let leaps = leaps.or_else(|| Some((verdict.cost.and_then(|_| of_poses())?, MOST_LEAPS)));
+    if let Some((share, _)) = leaps.filter(|(share, most)| share > most) {
         doubts.push(format!(
             "the bodies leap apart and back in {:.0} % of the frames: more may be wrong than can be told; track better",
             100.0 * share
@@ -430,13 +429,6 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
         doubts.push("no model could judge this motion".into());
     }
     doubts
-}
-
-/// Share of the frames in which a feature leaps away and back, of the moving body's features the largest.
-fn most_leaps(motion: &RelativeMotion<'_>) -> f64 {
-    let of_feature =
-        |points: &[Point3<f64>]| leaps(&points.iter().map(|p| p.coords).collect::<Vec<_>>(), LEAST_LEAP).share;
-    motion.trajectories().iter().map(|trajectory| of_feature(trajectory.points)).fold(0.0, f64::max)
 }
 
 /// The pairs asked for, or all; the world, where there will be one, counts as the first body.

@@ -30,7 +30,7 @@ pub fn to_text(evaluation: &Evaluation) -> String {
 
 /// Which seeds were used.
 pub(crate) fn seeds(evaluation: &Evaluation) -> String {
-    let last = evaluation.first_seed.saturating_add(u64::from(evaluation.seeds) - 1);
+    let last = evaluation.first_seed.wrapping_add(u64::from(evaluation.seeds) - 1);
     format!("seeds {} to {last}", evaluation.first_seed)
 }
 

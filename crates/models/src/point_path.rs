@@ -4,7 +4,7 @@
 //! plane (planar), on a sphere (spherical), anywhere (free). The evidence is of the same form as for poses, but three
 //! numbers are seen per frame instead of six; an orientation that nobody saw takes no part.
 
-use jointscope_motion::{RelativeMotion, leaps};
+use jointscope_motion::{RelativeMotion, evenly, leaps, quantile};
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Unit, Vector3};
 
 use crate::lower_pair::{bend_cost, far_hinge_cost, misfit};
@@ -41,6 +41,8 @@ struct Path {
     rest_play: f64,
     /// Frames left out because the point leaps away in them.
     left_out: usize,
+    /// Share of the frames in which it does, also where it is so large that none was left out.
+    leap_share: f64,
 }
 
 impl Path {
@@ -59,23 +61,17 @@ impl Path {
             return Err(FitError::TooFewFrames { needed: FEWEST, found });
         };
         let trajectory = trajectories.get(best);
-        let taken: Vec<usize> = if found <= MOST_FRAMES {
-            (0..found).collect()
-        } else {
-            (0..MOST_FRAMES).map(|k| k * (found - 1) / (MOST_FRAMES - 1)).collect()
-        };
         let of_bodies = motion.moving().noise().position.unwrap_or(0.0);
         let of_reference = motion.reference().noise().position.unwrap_or(0.0);
         let places: Vec<Vector3<f64>> = trajectory.points.iter().map(|p| p.coords).collect();
         let leaps = leaps(&places, LEAST_NOISE * misfit::vector_range(&places));
         let left_out = leaps.frames.iter().filter(|leap| **leap).count();
-        let taken: Vec<usize> = taken.into_iter().filter(|&k| !leaps.frames[k]).collect();
+        let taken: Vec<usize> = evenly(found, MOST_FRAMES).into_iter().filter(|&k| !leaps.frames[k]).collect();
         let frames = taken.iter().map(|&k| trajectory.frames[k]).collect();
         let points: Vec<Vector3<f64>> = taken.iter().map(|&k| trajectory.points[k].coords).collect();
-        let middle =
-            Vector3::from_fn(|axis, _| misfit::quantile(&mut points.iter().map(|p| p[axis]).collect::<Vec<_>>(), 0.5));
+        let middle = Vector3::from_fn(|axis, _| quantile(&mut points.iter().map(|p| p[axis]).collect::<Vec<_>>(), 0.5));
         let mut distances: Vec<f64> = points.iter().map(|p| (p - middle).norm()).collect();
-        let reach = 2.0 * misfit::quantile(&mut distances.clone(), 0.95) + 1e-12;
+        let reach = 2.0 * quantile(&mut distances.clone(), 0.95) + 1e-12;
         let mut kept: Vec<bool> = distances.drain(..).map(|distance| distance <= reach).collect();
         let near: Vec<Vector3<f64>> = points.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(p, _)| *p).collect();
         let travel = misfit::vector_range(&near);
@@ -100,6 +96,7 @@ impl Path {
         Ok(Self {
             recording_frames: motion.recording_frames(),
             left_out,
+            leap_share: leaps.share,
             frames,
             places,
             kept,
@@ -168,7 +165,8 @@ impl Path {
             .with_part("misfit_distance", excess.sqrt())
             .with_part("departure", evidence.departure.map_or(0.0, |departure| departure.squared))
             .with_part("chi_squared_per_freedom", evidence.chi_squared_per_freedom())
-            .with_residual((residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt());
+            .with_residual((residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt())
+            .with_part("leap_share", self.leap_share);
         fit.evidence = Some(evidence);
         fit.notes.push("a single point: the orientation is not seen".into());
         if self.left_out > 0 {
@@ -250,7 +248,7 @@ pub(crate) fn helix(motion: &RelativeMotion<'_>, sweep: f64) -> Result<JointFit,
 
 fn round(motion: &RelativeMotion<'_>, sweep: f64, rises: bool) -> Result<JointFit, FitError> {
     let path = Path::of(motion)?;
-    let off = misfit::quantile(&mut path.places.iter().map(|p| p.y.hypot(p.z)).collect::<Vec<_>>(), 0.5);
+    let off = quantile(&mut path.places.iter().map(|p| p.y.hypot(p.z)).collect::<Vec<_>>(), 0.5);
     let tight = 3.0 * path.play.max(path.noise).max(0.3 * off);
     // Some paths leave their circle for a while: of three degrees of robustness the best counts.
     let fits = [tight, 4.0 * tight, 1e9].map(|limit| Round::of(&path.places, limit, rises));
@@ -420,7 +418,7 @@ impl Round {
         self.parameters[0] = s.x;
         self.parameters[1] = s.y;
         self.parameters[2] = (s.z + s.x * s.x + s.y * s.y).max(1e-12).sqrt();
-        self.parameters[3] = misfit::quantile(&mut places.iter().map(|p| p.z).collect::<Vec<_>>(), 0.5);
+        self.parameters[3] = quantile(&mut places.iter().map(|p| p.z).collect::<Vec<_>>(), 0.5);
     }
 
     fn measure(&mut self, places: &[Vector3<f64>]) {

@@ -6,8 +6,7 @@ use std::sync::OnceLock;
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
 use crate::line::{Line, is_line};
-use crate::noise::{Residuals, Spread, Trust, lag_one};
-use crate::pose_series::believed_drift;
+use crate::noise::{Residuals, Spread, Trust, believed_drift, lag_one};
 use crate::poses::{Shape, chained, chained_from_the_best, first, rebase_to, settle, spread};
 use crate::robust::{Registered, register_robustly};
 use crate::start::first_pose;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::pose_series::quantile;
+use crate::quantile;
 
 /// Frames below which nothing can be told.
 const FEW: usize = 6;

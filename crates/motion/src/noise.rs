@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use crate::{Pose, Tracks};
+use crate::{Pose, Tracks, quantile};
 
 /// Standard deviation of a sample's coordinate across and along the viewing ray, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,8 @@ const THIRD_DIFFERENCE: f64 = 20.0;
 /// Median of the length of a standard normal vector of three coordinates.
 const NORMAL_MEDIAN: f64 = 1.538_172_254;
 
-/// Most correlation of successive errors that is believed.
+/// Correlation of successive errors above which they drift, and the most that is believed.
+const DRIFTS: f64 = 0.2;
 const MOST_DRIFT: f64 = 0.96;
 /// Share of the third differences that is quiet even where samples are wild, and the quantile of that length at that
 /// share.
@@ -86,15 +87,20 @@ impl Residuals {
             frames == 1 && tracks.frames() > 1 && (1..tracks.frames()).all(|t| tracks.repeats_previous(t));
         let sigma = if freedom > 0 { Some((sum / freedom as f64).sqrt()) } else { never_changes.then_some(0.0) };
         let worst = worst.map(|(frame, feature, square)| (frame, feature, square.sqrt()));
-        Self { sigma, typical: median(of_frames).or(sigma), worst }
+        Self { sigma, typical: median(&mut of_frames).or(sigma), worst }
     }
+}
+
+/// The drift that is believed: a small one is chance, and of a large one the fitted shape hides a part.
+pub(crate) fn believed_drift(drift: f64, frames: usize) -> f64 {
+    if drift > DRIFTS { (drift + 1.5 * (1.0 + 3.0 * drift) / frames.max(1) as f64).min(MOST_DRIFT) } else { 0.0 }
 }
 
 /// Factor by which drifting noise is larger than its residuals say: the fitted shape follows the drift.
 ///
 /// The mean of `T` errors of which each is `drift` times the one before has a `τ/T`-th of their variance, where
-/// `τ = (1+ρ)/(1-ρ) - 2ρ(1-ρᵀ)/(T(1-ρ)²)`; so a feature's place takes up the variance of `τ` samples, not of one. What it takes up
-/// also hides `(1-ρ) τ/T` of the correlation.
+/// `τ = (1+ρ)/(1-ρ) - 2ρ(1-ρᵀ)/(T(1-ρ)²)`; so a feature's place takes up the variance of `τ` samples,
+/// not of one. What it takes up also hides `(1-ρ) τ/T` of the correlation.
 pub(crate) fn hidden_by_drift(drift: f64, tracks: &Tracks, used: &[bool]) -> f64 {
     let features = tracks.features();
     let samples = used.iter().filter(|used| **used).count() as f64;
@@ -140,8 +146,8 @@ pub(crate) fn lag_one(
     if squares > 0.0 { 2.0 * product / squares } else { 0.0 }
 }
 
-fn median(values: Vec<f64>) -> Option<f64> {
-    quantile(values, 0.5)
+fn median(values: &mut [f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| quantile(values, 0.5))
 }
 
 /// A standard deviation of a coordinate from all lengths within 3.8 times a robust one, which knows it half as well.
@@ -152,13 +158,6 @@ fn efficient(robust: f64, lengths: &[f64]) -> f64 {
     let within = || lengths.iter().filter(|length| **length <= CUT * robust);
     let count = 3.0 * within().count() as f64;
     if count > 0.0 { (within().map(|r| r * r).sum::<f64>() / count / CUT_VARIANCE).sqrt() } else { robust }
-}
-
-/// The value below which a share of all lies.
-fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the length")]
-    let at = (share * values.len() as f64) as usize;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(at, f64::total_cmp).1)
 }
 
 /// The posed frames that are observations of their own: an exact repetition of the frame before says nothing new.
@@ -217,7 +216,7 @@ where
     let mut once: Vec<Option<Vector3<f64>>> = series.to_vec();
     once.dedup_by(|a, b| a.is_some() && a == b);
     let series = if once.len() < 2 * window { series } else { &once };
-    let sizes: Vec<f64> = series
+    let mut sizes: Vec<f64> = series
         .windows(window)
         .filter_map(|w| w.iter().copied().collect::<Option<Vec<_>>>())
         // A repeated frame is not a fresh observation.
@@ -225,8 +224,9 @@ where
         .map(|w| third_difference(&w).norm())
         .collect();
     let normal = match trust {
-        Trust::Most => efficient(median(sizes.clone())? / NORMAL_MEDIAN, &sizes),
-        Trust::Quiet => quantile(sizes, QUIET_SHARE)? / NORMAL_QUIET,
+        Trust::Most => efficient(median(&mut sizes)? / NORMAL_MEDIAN, &sizes),
+        Trust::Quiet if sizes.is_empty() => return None,
+        Trust::Quiet => quantile(&mut sizes, QUIET_SHARE) / NORMAL_QUIET,
     };
     Some(normal / THIRD_DIFFERENCE.sqrt())
 }

@@ -2,19 +2,10 @@
 
 use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3};
 
-use crate::{BodyMotion, Play, Pose, leaps, twist};
+use crate::noise::believed_drift;
+use crate::selection::{Common, sampled, telling};
+use crate::{BodyMotion, Play, Pose, leaps, quantile, twist};
 
-/// Most frames of a series; of longer recordings so many are taken, evenly.
-const MOST_FRAMES: usize = 400;
-/// Share of a long recording's frames in which there is motion below which they are sought out.
-const SPARSE: f64 = 0.25;
-/// Steps of a long recording that count as motion, in standard deviations of a sample's coordinate.
-const IN_NOISE: f64 = 4.0;
-/// Frames that are needed besides their exact repetitions.
-const FEW_FRESH: usize = 6;
-/// Uncertainty of a frame's turn that is passed over: in usual ones, and least, radians.
-const VAGUE: f64 = 3.0;
-const VAGUE_TURN: f64 = 0.1;
 /// Most frames that are merged into one: in more, motion would be lost.
 const LONGEST_RUN: usize = 20;
 /// Standard deviations of what differs within merged runs above chance that may be motion.
@@ -29,9 +20,6 @@ const LEAST_SHIFT: f64 = 7e-5;
 const MOST_TURN: f64 = 1.0;
 /// Range from 2 to 98 % of a standard normal variable.
 const NOISE_RANGE: f64 = 4.107;
-/// Correlation of successive errors above which they drift, and the most that is believed.
-const DRIFTS: f64 = 0.2;
-const MOST_DRIFT: f64 = 0.96;
 
 /// Relative poses of two bodies and their uncertainty.
 ///
@@ -110,7 +98,7 @@ impl PoseSeries {
         let leaping = leaps(&places, LEAST_SHIFT * size);
         let mut leaves = leaping.frames.iter();
         common.retain(|_| !leaves.next().copied().unwrap_or(false));
-        let fresh = telling_more(&common, reference, moving);
+        let fresh = telling(&common, reference, moving);
         let (of_reference, of_moving) = (reference.pose_covariances(), moving.pose_covariances());
         let (_, first_reference, first_moving) = common.first()?;
         let moving_origin = moving.centre().coords;
@@ -123,8 +111,8 @@ impl PoseSeries {
             r.inverse() * m
         };
         let arm = if moving.is_tracked() { 0.0 } else { moving.size() / 2.0 };
-        let looked_at = telling(&fresh.iter().map(of_fresh).collect::<Vec<_>>(), &moving.centre(), arm, noise);
-        let taken = looked_at.frames.iter().map(|index| fresh[*index]);
+        let sample = sampled(&fresh.iter().map(of_fresh).collect::<Vec<_>>(), &moving.centre(), arm, noise);
+        let taken = sample.frames.iter().map(|index| fresh[*index]);
         let (mut frames, mut poses, mut noise) = (Vec::new(), Vec::new(), Vec::new());
         for index in taken {
             let (frame, reference_pose, moving_pose) = &common[index];
@@ -174,7 +162,7 @@ impl PoseSeries {
             observed,
             leaps: observed - common.len(),
             leap_share: leaping.share,
-            evenly: looked_at.evenly,
+            evenly: sample.evenly,
             seen: 0,
             start: start_of(asked_reference),
             every_pose: common.iter().map(|(frame, r, m)| (*frame, before * r.inverse() * m * after)).collect(),
@@ -456,11 +444,6 @@ fn comes_first(body: &BodyMotion<'_>, other: &BodyMotion<'_>) -> bool {
     a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then_with(|| body.name().cmp(other.name())).is_lt()
 }
 
-/// The drift that is believed: a small one is chance, and of a large one the fitted shape hides a part.
-pub(crate) fn believed_drift(drift: f64, frames: usize) -> f64 {
-    if drift > DRIFTS { (drift + 1.5 * (1.0 + 3.0 * drift) / frames.max(1) as f64).min(MOST_DRIFT) } else { 0.0 }
-}
-
 /// A covariance in turned axes.
 fn rotated(covariance: &Matrix6<f64>, turn: &Matrix3<f64>) -> Matrix6<f64> {
     let mut result = Matrix6::zeros();
@@ -476,73 +459,6 @@ fn carried(covariance: &Matrix6<f64>, lever: &Vector3<f64>) -> Matrix6<f64> {
     let mut adjoint = Matrix6::identity();
     adjoint.fixed_view_mut::<3, 3>(3, 0).copy_from(&lever.cross_matrix());
     adjoint * covariance * adjoint.transpose()
-}
-
-/// So many of `0..count`, evenly, first and last included.
-pub(crate) fn evenly(count: usize, most: usize) -> Vec<usize> {
-    if count <= most {
-        return (0..count).collect();
-    }
-    (0..most).map(|k| k * (count - 1) / (most - 1)).collect()
-}
-
-/// Poses of reference and moving body in a frame.
-type Common = (usize, Pose, Pose);
-
-/// The frames, by their index in `common`, that say something of their own.
-fn telling_more(common: &[Common], reference: &BodyMotion<'_>, moving: &BodyMotion<'_>) -> Vec<usize> {
-    // An exact repetition of a frame says nothing new.
-    let repeats = |body: &BodyMotion<'_>, frame| body.is_at_rest() || body.tracks().repeats_previous(frame);
-    let fresh: Vec<usize> = (0..common.len())
-        .filter(|&index| index == 0 || !(repeats(reference, common[index].0) && repeats(moving, common[index].0)))
-        .collect();
-    // A turn that a few features hardly tell is no small one, and what is computed of it means nothing; but a tracker's
-    // turn that was smoothed is as good as it says.
-    let turn_noise = |index: &usize| {
-        let of = |body: &BodyMotion<'_>| body.pose_covariances()[common[*index].0].fixed_view::<3, 3>(0, 0).trace();
-        (of(reference) + of(moving)).sqrt()
-    };
-    let usual = median(fresh.iter().map(turn_noise).collect());
-    let tracked = reference.is_tracked() || moving.is_tracked();
-    let told = |index: &usize| tracked || turn_noise(index) < (VAGUE * usual).max(VAGUE_TURN);
-    let fresh: Vec<usize> = fresh.into_iter().filter(told).collect();
-    if fresh.len() < FEW_FRESH { (0..common.len()).collect() } else { fresh }
-}
-
-/// Poses that are looked at, and whether they lie evenly in time.
-struct LookedAt {
-    frames: Vec<usize>,
-    evenly: bool,
-}
-
-/// The poses of a long recording that are looked at: half of them evenly over time, and half evenly over the way that a
-/// body of this centre, turning on this arm, goes beyond noise, so that a motion between long rests is seen.
-fn telling(poses: &[Pose], centre: &Point3<f64>, arm: f64, noise: f64) -> LookedAt {
-    let count = poses.len();
-    if count <= MOST_FRAMES {
-        return LookedAt { frames: (0..count).collect(), evenly: true };
-    }
-    // Over some frames motion adds up, and jitter does not.
-    let stride = (count / 40).clamp(1, LONGEST_RUN);
-    let mut way = vec![0.0; count];
-    for at in stride..count {
-        let moved = poses[at - stride].inverse() * poses[at];
-        let step = (moved * centre - centre).norm() + moved.rotation.angle() * arm;
-        way[at] = way[at - 1] + (step - IN_NOISE * noise).max(0.0);
-    }
-    let whole = way[count - 1];
-    // So many frames there were, did all that move move alike.
-    let steps = || way.windows(2).map(|pair| pair[1] - pair[0]);
-    let moving = whole.powi(2) / steps().map(|step| step * step).sum::<f64>().max(f64::MIN_POSITIVE);
-    if count < 2 * MOST_FRAMES || whole <= 0.0 || moving > SPARSE * count as f64 {
-        return LookedAt { frames: evenly(count, MOST_FRAMES), evenly: true };
-    }
-    let mut taken = evenly(count, MOST_FRAMES / 2);
-    let half = MOST_FRAMES / 2;
-    taken.extend((1..=half).map(|k| way.partition_point(|way| *way < whole * k as f64 / half as f64).min(count - 1)));
-    taken.sort_unstable();
-    taken.dedup();
-    LookedAt { frames: taken, evenly: false }
 }
 
 /// A few points as far apart as can be, beginning with the one farthest from the origin.
@@ -582,17 +498,6 @@ pub(crate) fn range(points: &[Vector3<f64>]) -> f64 {
     quantile(&mut column, 0.98) - quantile(&mut column, 0.02)
 }
 
-/// A quantile, interpolated between samples.
-pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
-    let at = share * (values.len() - 1) as f64;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and the length")]
-    let below = at.floor() as usize;
-    let (_, low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
-    let low = *low;
-    let high = above.iter().copied().fold(f64::INFINITY, f64::min);
-    if high.is_finite() { low + (at - below as f64) * (high - low) } else { low }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() { 0.0 } else { quantile(&mut values, 0.5) }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix6, Point3, SMatrix, SVector, Translation3, UnitQuaternion, 
 
 use crate::Pose;
 
-/// Highest power of time by which a motion is described, and powers beyond it that must be of no use.
+/// Degrees of the polynomials in time by which a motion is described, from 0 on, and those beyond that must be of no use.
 const DEGREES: usize = 6;
 const BEYOND: usize = 2;
 const TERMS: usize = DEGREES + BEYOND;
@@ -27,7 +27,7 @@ pub(crate) struct FirstPose {
 /// The first pose by itself, or by a polynomial over as many of the first frames as one describes: bodies move smoothly
 /// and trackers' noise does not.
 ///
-/// Of all degrees up to the third, and all numbers of frames over which nothing but noise is left and two further
+/// Of all degrees up to the fifth, and growing numbers of frames over which nothing but noise is left and two further
 /// degrees would change nothing, the one that knows the first pose best. `correlation_time` frames count as one.
 pub(crate) fn first_pose(
     poses: &[Option<Pose>],
@@ -66,7 +66,8 @@ pub(crate) fn first_pose(
             let left: f64 = parts.iter().map(|part| part.left(degree)).sum();
             let beyond: f64 = parts.iter().map(|part| part.beyond(degree)).sum();
             *open &= is_chance(left, 6 * (count - degree - 1)) && is_chance(beyond, 6 * BEYOND);
-            let variance = |k: usize| parts[k].variance(degree) / series[0].variance[k];
+            // That of the first frame alone is not larger for being like that of the next.
+            let variance = |k: usize| parts[k].variance(degree) * correlation_time / series[0].variance[k];
             let known = variance(0) + variance(1);
             if *open && known < best.map_or(2.0, |(least, ..)| least) {
                 best = Some((known, count, degree));

@@ -2,7 +2,7 @@
 
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 
-use crate::Pose;
+use crate::{Pose, quantile};
 
 /// Half width of the neighbourhood in time, frames.
 const NEIGHBOURS: usize = 7;
@@ -45,7 +45,7 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
     let positions: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
     let around = expected(&positions);
     let departures: Vec<f64> = positions.iter().zip(&around).map(|(x, m)| (x - m).norm()).collect();
-    let limit = (IN_MEDIANS * median(&departures)).max(IN_NOISE * position_noise);
+    let limit = (IN_MEDIANS * quantile(&mut departures.clone(), 0.5)).max(IN_NOISE * position_noise);
     let wrong: Vec<bool> = departures.iter().map(|departure| *departure > limit).collect();
     let mut kept = frames.clone();
     if share(&wrong) < MOST_POSITIONS {
@@ -67,7 +67,7 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
         around.into_iter().map(|m| UnitQuaternion::from_quaternion(Quaternion::from(m))).collect();
     let departures: Vec<f64> =
         kept.iter().zip(&around).map(|(&frame, m)| poses[frame].map_or(0.0, |p| p.rotation.angle_to(m))).collect();
-    let limit = (IN_QUARTILES * upper_quartile(&departures)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
+    let limit = (IN_QUARTILES * quantile(&mut departures.clone(), 0.75)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
     let wrong: Vec<bool> = departures.iter().map(|departure| *departure > limit).collect();
     if share(&wrong) <= MOST_ROTATIONS {
         for ((frame, wrong), rotation) in kept.iter().zip(wrong).zip(around) {
@@ -77,7 +77,7 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
             }
         }
     }
-    let leaves = (IN_MEDIANS * median(&departures)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
+    let leaves = (IN_MEDIANS * quantile(&mut departures.clone(), 0.5)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
     let restless = share(&departures.iter().map(|departure| *departure > leaves).collect::<Vec<_>>());
     let mended = share(&replaced) > 0.0;
     Mended { poses: cleaned, replaced, restless: (!mended && restless > RESTLESS).then_some(restless) }
@@ -85,18 +85,6 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
 
 fn share(flags: &[bool]) -> f64 {
     flags.iter().filter(|flag| **flag).count() as f64 / flags.len().max(1) as f64
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-fn upper_quartile(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    let at = values.len() * 3 / 4;
-    *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
 /// The middle one of the neighbours in time of every sample, which the flips of a few successive frames do not move.

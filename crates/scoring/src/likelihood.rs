@@ -174,10 +174,8 @@ impl Likelihood {
             ));
         }
         let far_off = |c: &Candidate<'_>| c.evidence.departure.is_some_and(|d| d.squared >= d.adequate);
-        let better = candidates.iter().find(|other| {
-            let gain = best.evidence.noise_cost() - other.evidence.noise_cost();
-            far_off(best) && !far_off(other) && gain > self.lead
-        });
+        let gain = |other: &Candidate<'_>| best.evidence.noise_cost() - other.evidence.noise_cost();
+        let better = candidates.iter().find(|other| far_off(best) && !far_off(other) && gain(other) > self.lead);
         if let Some(better) = better {
             doubts.push(format!(
                 "{} is the simplest, but leaves a motion that {} explains; noise or drift are too large to be sure",
@@ -186,11 +184,9 @@ impl Likelihood {
         }
         let still = best.evidence.mobility.turns + best.evidence.mobility.slides == 0;
         let wobbles = still && best.evidence.departure.is_some_and(|d| d.squared > WOBBLES);
-        let explained = candidates.iter().find(|other| {
-            let gain = best.evidence.noise_cost() - other.evidence.noise_cost();
-            wobbles && !far_off(best) && other.evidence.departure.is_some_and(|d| d.squared < 1.0) && gain > SURELY
-        });
-        if let Some(joint) = explained {
+        let within_play = |c: &Candidate<'_>| c.evidence.departure.is_some_and(|d| d.squared < 1.0);
+        let explained = candidates.iter().find(|other| within_play(other) && gain(other) > SURELY);
+        if let Some(joint) = explained.filter(|_| wobbles && !far_off(best)) {
             doubts.push(format!(
                 "{} with more play than usual, or {}: noise does not explain the motion between the bodies",
                 best.name, joint.name

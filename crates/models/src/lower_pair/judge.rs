@@ -1,6 +1,6 @@
 //! From a mechanism and a motion to a joint with evidence.
 
-use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, twist, twist::Twist};
+use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, quantile, twist, twist::Twist};
 use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Unit, Vector3};
 
 use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect, refit};
@@ -20,8 +20,8 @@ const WRONG: f64 = 36.0;
 const ALLOWANCE: f64 = 1.25;
 /// Turn that a joint must explain for its play to be a share of it, radians; 10 degrees.
 const EXPLAINED_TURN: f64 = 0.1745;
-/// Orientations of trackers may be slowly wrong by this, radians: 3 degrees where they are weighed, 1 degree where they
-/// are charged, at a price.
+/// Orientations of trackers may be slowly wrong by this, radians: 3 degrees where they are weighed, 0.7 degrees where
+/// they are charged, at a price.
 const WRONG_WEIGHT: f64 = 0.0524;
 const WRONG_TURN: f64 = 0.0122;
 const WRONG_PRICE: f64 = 4.0;
@@ -194,8 +194,8 @@ fn whitened(series: &PoseSeries, play: [f64; 2], weights: &[Weights]) -> Vec<Mat
     series.noise().iter().enumerate().map(white).collect()
 }
 
-/// Fits with Geman-McClure weights of rotation and position, each on its own: a flat marker's orientation flips while
-/// its position stays good.
+/// Fits with weights that fall with the fourth power of what is far off, of rotation and position each on its own: a
+/// flat marker's orientation flips while its position stays good.
 fn robust(
     mechanism: &dyn Mechanism,
     series: &PoseSeries,
@@ -212,9 +212,8 @@ fn robust(
         turns.extend(fitted.residuals.iter().map(|e| e.fixed_rows::<3>(0).norm()));
         shifts.clear();
         shifts.extend(fitted.residuals.iter().map(|e| e.fixed_rows::<3>(3).norm()));
-        let typical = |values: &[f64], play: f64, noise: f64| {
-            REMOTE * misfit::quantile(&mut values.to_vec(), 0.5).max(play).max(noise)
-        };
+        let typical =
+            |values: &[f64], play: f64, noise: f64| REMOTE * quantile(&mut values.to_vec(), 0.5).max(play).max(noise);
         let turn = typical(&turns, play[0], series.turn_noise());
         let shift = typical(&shifts, play[1], series.ends()[0].shift_noise);
         let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
@@ -343,7 +342,7 @@ fn departure(
 fn sum_of(squares: &[f64], coordinates: f64, correlation_time: f64) -> f64 {
     // By Wilson and Hilferty, the median of a sum of so many squares.
     let median = coordinates * (1.0 - 2.0 / (9.0 * coordinates)).powi(3);
-    let usual = misfit::quantile(&mut squares.to_vec(), 0.5) / median;
+    let usual = quantile(&mut squares.to_vec(), 0.5) / median;
     let wrong = WRONG * correlation_time * usual.max(1.0);
     let cost = |square: f64| if square > wrong { wrong * (1.0 + (square / wrong).ln() / 6.0) } else { square };
     squares.iter().map(|square| cost(*square)).sum()

@@ -1,5 +1,6 @@
 //! How far poses are from a fitted joint, beyond their noise, whatever single frames do.
 
+use jointscope_motion::quantile;
 use nalgebra::Vector3;
 
 /// Half width of a frame's neighbourhood in time.
@@ -64,15 +65,4 @@ pub(crate) fn vector_range(vectors: &[Vector3<f64>]) -> f64 {
     let eigen = scatter.symmetric_eigen();
     let main = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
     range(vectors.iter().map(|v| main.dot(v)))
-}
-
-/// A quantile, interpolated between samples.
-pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
-    let at = share * (values.len() - 1) as f64;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and the length")]
-    let below = at.floor() as usize;
-    let (_, low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
-    let low = *low;
-    let high = above.iter().copied().fold(f64::INFINITY, f64::min);
-    if high.is_finite() { low + (at - below as f64) * (high - low) } else { low }
 }
