@@ -415,7 +415,7 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
             doubts.push("the motion stays below the noise; record more motion".into());
         }
     }
-    let of_point = models.values().flatten().filter_map(|fit| fit.parts.get("leap_share").copied()).next();
+    let of_point = models.values().flatten().find_map(|fit| fit.parts.get("leap_share").copied());
     let of_poses = || motion.pose_series().map(PoseSeries::leap_share);
     let leaps = of_point.map(|share| (share, MOST_LEAPS_OF_A_POINT));
     let leaps = leaps.or_else(|| Some((verdict.cost.and_then(|_| of_poses())?, MOST_LEAPS)));
