@@ -131,7 +131,21 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
             Some(Departure { squared: departure.squared, per_noise: departure.per_noise, adequate: ADEQUATE });
         judged.evidence = evidence;
     }
+    if let Some(usual) = mechanism.usual_constant(series.radius())
+        && judged.is_noise()
+    {
+        let Fitted { placement, constant_variance, .. } = &judged.ideal;
+        let drawn = drawn_cost(placement.constants.x, series.correlation_time() * constant_variance, usual);
+        judged.evidence.prior_cost += (drawn - evidence.observations.ln()).min(0.0);
+    }
     Ok(judged)
+}
+
+/// Price of a constant that was drawn from a Gaussian about 0 of this standard deviation and fitted with this variance:
+/// `-2 ln` of what integrating it out leaves of the likelihood.
+fn drawn_cost(constant: f64, variance: f64, usual: f64) -> f64 {
+    let usual = usual * usual;
+    (1.0 + usual / variance.max(f64::MIN_POSITIVE)).ln() + constant * constant / (usual + variance)
 }
 
 /// Cost of a motion that no single frame shows: what rests is more likely at rest.

@@ -114,6 +114,13 @@ pub trait Mechanism: Debug {
         0
     }
 
+    /// How large the first constant usually is, as a standard deviation about 0, for bodies of this radius in metres.
+    ///
+    /// Where told, a constant that the data hardly determine costs less than a parameter.
+    fn usual_constant(&self, _radius: f64) -> Option<f64> {
+        None
+    }
+
     /// What of the joint's coordinates has a meaning.
     fn geometry(&self, constants: &Vector2<f64>) -> Geometry;
 

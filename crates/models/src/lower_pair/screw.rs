@@ -19,6 +19,9 @@ pub struct Screw {
     /// Sweep from which the helix of a point is as likely a screw as any, degrees.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub sweep: f64,
+    /// How large pitches usually are, as a standard deviation: metres per radian for each metre of the body's radius.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub pitch: f64,
     /// How likely a screw is beforehand, as a share of how likely any other joint is.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub prior: f64,
@@ -26,7 +29,7 @@ pub struct Screw {
 
 impl Default for Screw {
     fn default() -> Self {
-        Self { sweep: 30.0, prior: 0.4 }
+        Self { sweep: 30.0, pitch: 1.0, prior: 0.4 }
     }
 }
 
@@ -39,6 +42,10 @@ impl Mechanism for Screw {
 
     fn constants(&self) -> usize {
         1
+    }
+
+    fn usual_constant(&self, radius: f64) -> Option<f64> {
+        Some(self.pitch * radius)
     }
 
     fn geometry(&self, constants: &Vector2<f64>) -> Geometry {
