@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use jointscope_models::{Axis, AxisUncertainty, FitError, JointFit, Positions};
-use jointscope_motion::Noise;
+use jointscope_motion::{DepthGain, Noise};
 use jointscope_scoring::Verdict;
 
 /// The joints of a recording.
@@ -38,6 +38,9 @@ pub struct PairDetection {
     pub axis_in_moving: Option<Axis>,
     /// Positions of the verdict's joint, per frame of the recording.
     pub positions: Option<Positions>,
+    /// Compression of depth changes that was undone, of the reference body and of the moving one; `None` where none was
+    /// asked for.
+    pub depth_gain: Option<[DepthGain; 2]>,
     /// Noise of the reference body.
     pub noise_reference: Noise,
     /// Noise of the moving body.

@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::{Axis, Confidence, JointFit, JointModel};
 use jointscope_motion::{
-    Body, BodyMotion, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
+    Body, BodyMotion, DepthGain, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
+    undo_depth_gain,
 };
 use jointscope_scoring::{Finding, Findings, Rule, Verdict};
 use rayon::prelude::*;
@@ -40,13 +41,14 @@ type Pair = (usize, usize);
 /// A body's motion, and what must be said of it in every pair that it is in.
 struct Watched<'r> {
     motion: BodyMotion<'r>,
+    depth_gain: Option<DepthGain>,
     notes: Vec<String>,
     /// Why no pair of this body is determined, if so.
     doubt: Option<String>,
 }
 
 impl<'r> Watched<'r> {
-    fn of(motion: BodyMotion<'r>, body: &Body, frame_numbers: &[u64]) -> Self {
+    fn of(motion: BodyMotion<'r>, body: &Body, depth_gain: Option<DepthGain>, frame_numbers: &[u64]) -> Self {
         let name = motion.name();
         let unposed = motion.unposed().map(|reason| format!("{name}: {reason}; only its positions count"));
         let mut notes: Vec<String> = unposed.into_iter().chain(far_away(&motion)).collect();
@@ -55,6 +57,8 @@ impl<'r> Watched<'r> {
             _ => &[],
         };
         notes.extend(left_out(&motion, labels));
+        let of_points = matches!(body.observation(), Observation::Points { .. });
+        notes.extend(depth_gain.filter(|_| of_points).and_then(|gain| undone(name, gain)));
         let few = few_and_wild(&motion);
         let doubt = motion.outlier().and_then(|outlier| {
             Some(format!(
@@ -73,7 +77,21 @@ impl<'r> Watched<'r> {
             )
         });
         let doubt = doubt.or(few).or(restless);
-        Self { motion, notes, doubt }
+        Self { motion, depth_gain, notes, doubt }
+    }
+}
+
+/// Says what was done about depth changes that a single camera compresses.
+fn undone(name: &str, gain: DepthGain) -> Option<String> {
+    match gain {
+        DepthGain { observable: false, .. } => Some(format!(
+            "{name}: whether its depth changes are compressed is not seen; a turn out of the image plane would tell"
+        )),
+        DepthGain { gain: 1.0, .. } => None,
+        DepthGain { gain, standard_error: Some(error), .. } => {
+            Some(format!("{name}: depth changes were compressed to {gain:.3} (± {error:.3}), which was undone"))
+        }
+        DepthGain { gain, .. } => Some(format!("{name}: depth changes were compressed to {gain:.3}, which was undone")),
     }
 }
 
@@ -171,10 +189,20 @@ impl Detector {
             [_] => recording.with_world(WORLD).map_err(DetectionError::World)?,
             _ => recording,
         };
-        let bodies = recording.bodies();
         let settings = &self.configuration.motion;
-        let watched = |body| Watched::of(BodyMotion::of(body, settings), body, recording.frame_numbers());
-        let watched: Vec<Watched<'_>> = bodies.par_iter().map(watched).collect();
+        let undo = |body: &Body| undo_depth_gain(body, settings.depth_gain);
+        let undone: Vec<Option<(Body, DepthGain)>> = recording.bodies().par_iter().map(undo).collect();
+        let bodies: Vec<(&Body, Option<DepthGain>)> = recording
+            .bodies()
+            .iter()
+            .zip(&undone)
+            .map(|(body, undone)| undone.as_ref().map_or((body, None), |(body, gain)| (body, Some(*gain))))
+            .collect();
+        let numbers = recording.frame_numbers();
+        let watched: Vec<Watched<'_>> = bodies
+            .par_iter()
+            .map(|&(body, gain)| Watched::of(BodyMotion::of(body, settings), body, gain, numbers))
+            .collect();
         let done = AtomicUsize::new(0);
         let judge = |&(reference, moving): &Pair| {
             let judged = self.judge(&watched[reference], &watched[moving]);
@@ -182,7 +210,7 @@ impl Detector {
             judged
         };
         Ok(Detection {
-            bodies: bodies.iter().map(|body| body.name().to_owned()).collect(),
+            bodies: bodies.iter().map(|(body, _)| body.name().to_owned()).collect(),
             frames: recording.frames(),
             duration: recording.duration(),
             pairs: pairs.par_iter().map(judge).collect(),
@@ -201,6 +229,7 @@ impl Detector {
     fn judge(&self, reference: &Watched<'_>, moving: &Watched<'_>) -> PairDetection {
         let mut notes: Vec<String> = [reference, moving].into_iter().flat_map(|body| body.notes.clone()).collect();
         let doubts = [reference, moving].into_iter().filter_map(|body| body.doubt.clone());
+        let depth_gain = reference.depth_gain.zip(moving.depth_gain).map(|(reference, moving)| [reference, moving]);
         let (reference, moving) = (&reference.motion, &moving.motion);
         let (rest, resting);
         let seen = match RelativeMotion::between(reference, moving) {
@@ -225,6 +254,7 @@ impl Detector {
             axis_uncertainty: None,
             axis_in_moving: None,
             positions: None,
+            depth_gain,
             noise_reference: reference.noise(),
             noise_moving: moving.noise(),
             frames_used: 0,

@@ -18,6 +18,7 @@
 mod body;
 mod body_motion;
 mod depth;
+mod depth_gain;
 mod error;
 mod extent;
 mod leaps;
@@ -41,6 +42,7 @@ mod uncertainty;
 
 pub use body::{Body, Observation};
 pub use body_motion::{BodyMotion, Noise, Outlier};
+pub use depth_gain::{DepthGain, undo_depth_gain};
 pub use error::MotionError;
 pub use extent::{extent, path_length};
 pub use leaps::{Leaps, leaps};
@@ -51,7 +53,7 @@ pub use recording::Recording;
 pub use registration::{RegistrationError, register};
 pub use relative_motion::{Lengths, RelativeMotion, RelativeMotionError, Trajectories, Trajectory};
 pub use selection::evenly;
-pub use settings::{MotionSettings, NoiseSetting, Registration};
+pub use settings::{DepthGainSetting, MotionSettings, NoiseSetting, Registration};
 pub use tracks::Tracks;
 
 pub use nalgebra;

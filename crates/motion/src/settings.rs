@@ -49,6 +49,41 @@ mod estimate {
     }
 }
 
+/// Compression of the depth changes of every body, as a single camera makes it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected \"none\", \"estimate\" or a number from 0.2 to 3")]
+pub enum DepthGainSetting {
+    /// Depths are what they are.
+    #[default]
+    #[serde(with = "no_gain")]
+    #[schemars(with = "NoGainWord")]
+    None,
+    /// From the rigidity of each body.
+    #[serde(with = "estimate")]
+    #[schemars(with = "EstimateWord")]
+    Estimate,
+    /// Known: depth changes are seen so many times as large as they are.
+    Known(#[schemars(range(min = 0.2, max = 3.0))] f64),
+}
+
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum NoGainWord {
+    None,
+}
+
+mod no_gain {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(serializer: S) -> Result<S::Ok, S::Error> {
+        super::NoGainWord::None.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error> {
+        super::NoGainWord::deserialize(deserializer).map(|_| ())
+    }
+}
+
 mod play_setting {
     use schemars::JsonSchema;
     use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
@@ -107,6 +142,9 @@ pub struct MotionSettings {
     #[serde(with = "play_setting")]
     #[schemars(with = "play_setting::Written")]
     pub play: Play,
+    /// How much a single camera compresses depth changes: "none", "estimate" to find it for every body from its
+    /// rigidity, or a number.
+    pub depth_gain: DepthGainSetting,
     /// Distance in metres of the four virtual features by which models that look at points see a body given as poses.
     #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub pose_radius: f64,
@@ -119,6 +157,7 @@ impl Default for MotionSettings {
             robust: true,
             noise: NoiseSetting::default(),
             play: Play::default(),
+            depth_gain: DepthGainSetting::default(),
             pose_radius: 0.1,
         }
     }

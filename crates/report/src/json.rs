@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use jointscope_detection::{Detection, ModelFinding, PairDetection};
+use jointscope_models::motion::DepthGain;
 use jointscope_models::{Axis, Positions};
 use nalgebra::Vector3;
 use serde::{Serialize, Serializer, ser::SerializeMap};
@@ -55,7 +56,7 @@ struct Pair<'d> {
     position_range: Option<Ranges>,
     axis_in_moving: Option<AxisParts>,
     scale: Option<()>,
-    depth_gain: Option<()>,
+    depth_gain: Option<Gains>,
     noise: Noise,
     frames_used: usize,
     models: BTreeMap<&'d str, Model<'d>>,
@@ -73,6 +74,20 @@ struct AxisParts {
 struct AxisUncertainty {
     angle_deg: Option<f64>,
     distance: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Gains {
+    reference: f64,
+    moving: f64,
+    standard_error: OfBoth<Option<f64>>,
+    observable: OfBoth<bool>,
+}
+
+#[derive(Serialize)]
+struct OfBoth<T> {
+    reference: T,
+    moving: T,
 }
 
 #[derive(Serialize)]
@@ -138,7 +153,7 @@ impl<'d> Pair<'d> {
             position_range: pair.positions.as_ref().and_then(ranges),
             axis_in_moving: pair.axis_in_moving.map(axis_parts),
             scale: None,
-            depth_gain: None,
+            depth_gain: pair.depth_gain.map(gains),
             noise: Noise { reference: pair.noise_reference.position, moving: pair.noise_moving.position },
             frames_used: pair.frames_used,
             models: pair.models.iter().map(|(name, finding)| (name.as_str(), Model::of(finding))).collect(),
@@ -173,6 +188,15 @@ impl<'d> Model<'d> {
                 notes: &[],
             },
         }
+    }
+}
+
+fn gains([reference, moving]: [DepthGain; 2]) -> Gains {
+    Gains {
+        reference: reference.gain,
+        moving: moving.gain,
+        standard_error: OfBoth { reference: reference.standard_error, moving: moving.standard_error },
+        observable: OfBoth { reference: reference.observable, moving: moving.observable },
     }
 }
 
