@@ -28,4 +28,17 @@ impl Verdict {
             close.map(|(rival, next)| format!("{rival} ({next:.3}) is nearly as likely as {joint} ({confidence:.3})"));
         Self { joint, confidence, doubts: doubts.into_iter().collect(), confidences, richer: None, cost: None }
     }
+
+    /// All joints equally likely; `named` is the verdict.
+    pub(crate) fn ignorance(joints: Vec<String>, named: &str) -> Self {
+        let share = 1.0 / joints.len() as f64;
+        Self {
+            joint: named.to_owned(),
+            confidence: share,
+            confidences: joints.into_iter().map(|joint| (joint, share)).collect(),
+            doubts: Vec::new(),
+            richer: None,
+            cost: None,
+        }
+    }
 }
