@@ -62,4 +62,8 @@ impl JointModel for CommonCentre {
             .with_part("mean_distance", reach)
             .with_residual(rms))
     }
+
+    fn parts(&self) -> &'static [&'static str] {
+        &["mean_distance"]
+    }
 }

@@ -172,7 +172,8 @@ pub struct RuleError {
 }
 
 impl RuleError {
-    fn new(key: &'static str, message: String, help: impl Into<String>) -> Self {
+    /// Something wrong with a key.
+    pub fn new(key: &'static str, message: String, help: impl Into<String>) -> Self {
         Self { key, entry: None, within: None, message, help: help.into() }
     }
 

@@ -105,6 +105,7 @@ impl Likelihood {
             doubts: self.doubts(best, &candidates),
             richer: richer(best, &candidates).map(str::to_owned),
             cost: Some(best.cost),
+            fault: None,
             confidences,
         }
     }
