@@ -32,4 +32,4 @@ pub use detector::Detector;
 pub use error::DetectionError;
 
 pub use jointscope_models::settings::SettingsError;
-pub use jointscope_scoring::{Explanation, RuleError, RuleKind, ScoringSettings};
+pub use jointscope_scoring::{Account, Explanation, Quantity, RuleError, RuleKind, ScoringSettings};

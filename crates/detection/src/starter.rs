@@ -77,7 +77,7 @@ pub fn text(profile: &Profile, catalog: &Catalog) -> String {
 
     let mut text = comment(&format!("Profile {}: {}.", profile.name, profile.summary));
     text += &comment(
-        "Every key stands here with its default; what is left out has it too. Lines with a single # are words.",
+        "Every key stands here with its default; what you leave out has it too.",
     );
     for table in tables() {
         if table.name == "scoring" {

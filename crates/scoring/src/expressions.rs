@@ -168,13 +168,15 @@ impl Expressions {
             let found = self.joints.iter().find(|(name, _)| name == joint);
             let (value, arithmetic) = match found.map(|(_, expression)| expression) {
                 None => (None, format!("what remains: {}", number(*confidence))),
-                Some(expression) => match said.missing(expression) {
-                    Some(name) => (Some(0.0), format!("{}: {} is not given here", expression.text(), told(name))),
-                    None => {
-                        let value = expression.value(&|name| said.of_name(name).unwrap_or(0.0));
-                        (Some(value), format!("{} = {} = {}", expression.text(), said.told(expression), number(value)))
-                    }
-                },
+                Some(expression) => {
+                    let value =
+                        said.missing(expression).is_none().then(|| expression.value(&|name| said.or_zero(name)));
+                    let missing = |name: &Name| format!("{}: {} is not given here", expression.text(), told(name));
+                    let worked = || {
+                        format!("{} = {} = {}", expression.text(), said.told(expression), number(value.unwrap_or(0.0)))
+                    };
+                    (value.or(Some(0.0)), said.missing(expression).map_or_else(worked, missing))
+                }
             };
             Account { joint: joint.clone(), values: vec![value, Some(*confidence)], arithmetic }
         };
@@ -216,20 +218,24 @@ impl<'f> Said<'f> {
         })
     }
 
+    fn or_zero(&self, name: &Name) -> f64 {
+        self.of_name(name).unwrap_or(0.0)
+    }
+
     fn missing<'e>(&self, expression: &'e Expression) -> Option<&'e Name> {
         expression.names().into_iter().find(|name| self.of_name(name).is_none())
     }
 
     /// The expression with its numbers.
     fn told(&self, expression: &Expression) -> String {
-        expression.worked(&|name| self.of_name(name).unwrap_or(0.0))
+        expression.worked(&|name| self.or_zero(name))
     }
 
     fn value(&self, joint: &str, expression: &Expression) -> Result<f64, RuleError> {
         if self.missing(expression).is_some() {
             return Ok(0.0);
         }
-        let values = |name: &Name| self.of_name(name).unwrap_or(0.0);
+        let values = |name: &Name| self.or_zero(name);
         let value = expression.value(&values);
         let (message, span) = if !value.is_finite() {
             (format!("the value of `{joint}` is {value}, not a finite number"), expression.culprit(&values))
