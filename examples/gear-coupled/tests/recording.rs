@@ -20,7 +20,8 @@ fn recording() -> String {
     };
     let mut gaussian = || (-2.0 * (1.0 - uniform()).ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
     let about_z = |angle: f64| Isometry3::rotation(Vector3::z() * angle);
-    let camera = Isometry3::from_parts(Vector3::new(0.1, -0.05, 1.2).into(), UnitQuaternion::new(Vector3::new(2.6, 0.3, 0.2)));
+    let camera =
+        Isometry3::from_parts(Vector3::new(0.1, -0.05, 1.2).into(), UnitQuaternion::new(Vector3::new(2.6, 0.3, 0.2)));
     let feature = |index: usize, radius: f64| {
         let angle = 2.4 * index as f64;
         let radius = radius * (0.5 + 0.5 * ((index * 5) % 8) as f64 / 7.0);
@@ -62,11 +63,9 @@ fn the_gears_are_found() {
         .expect("the program starts");
     let json = String::from_utf8(run.stdout).expect("UTF-8");
     assert!(json.contains("\"joint\": \"gear-coupled\"") && json.contains("\"determined\": true"), "{json}");
-    let number = |key: &str| -> f64 {
-        let at = json.find(&format!("\"{key}\": ")).unwrap_or_else(|| panic!("no {key}"));
-        let value = json[at..].split([' ', ',', '\n']).nth(1).expect("a value");
-        value.parse().unwrap_or_else(|_| panic!("{value}"))
-    };
-    // Three standard deviations would be less; teeth are whole numbers.
-    assert!((number("ratio") - TEETH[0] / TEETH[1]).abs() < 0.02, "{}", number("ratio"));
+    let of_model = json.split("\"gear-coupled\": {").nth(1).expect("its finding");
+    let distance = of_model.split("\"distance\": ").nth(1).and_then(|text| text.split(',').next()).expect("a distance");
+    let distance: f64 = distance.trim().parse().expect("a number");
+    // Noise of 1 mm in 80 frames of 8 features is 0.04 mm; the axes are known less well.
+    assert!((distance - DISTANCE).abs() < 0.001, "{distance}");
 }

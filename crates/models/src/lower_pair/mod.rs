@@ -126,6 +126,11 @@ pub trait Mechanism: Debug {
         0
     }
 
+    /// Names under which [`judge`] gives the constants as parts; none are given if left out.
+    fn constant_names(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// What of the joint's coordinates has a meaning.
     fn geometry(&self, constants: &Vector2<f64>) -> Geometry;
 
