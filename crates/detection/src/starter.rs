@@ -76,9 +76,7 @@ pub fn text(profile: &Profile, catalog: &Catalog) -> String {
     let models = if profile.default_models { parse(DEFAULT_MODELS) } else { of("models") };
 
     let mut text = comment(&format!("Profile {}: {}.", profile.name, profile.summary));
-    text += &comment(
-        "Every key stands here with its default; what you leave out has it too.",
-    );
+    text += &comment("Every key stands here with its default; what you leave out has it too.");
     for table in tables() {
         if table.name == "scoring" {
             text += &models_text(&models, catalog);
