@@ -184,7 +184,7 @@ impl Detector {
         let judged: Vec<PairDetection> = pairs.par_iter().map(judge).collect();
         if let Some((pair, fault)) = judged.iter().find_map(|pair| Some((pair, pair.verdict.fault.as_ref()?))) {
             let [reference, moving] = [&pair.reference, &pair.moving].map(String::clone);
-            return Err(DetectionError::Rule { reference, moving, error: fault.clone() });
+            return Err(DetectionError::Rule { reference, moving, error: Box::new(fault.clone()) });
         }
         Ok(Detection {
             bodies: bodies.iter().map(|body| body.name().to_owned()).collect(),
@@ -196,14 +196,15 @@ impl Detector {
 
     /// How the rule came to the verdict about a pair that this detector judged.
     pub fn explain(&self, pair: &PairDetection) -> Explanation {
-        let explained = self.configuration.rule.explain(&findings(&pair.models));
-        // A rule that has a verdict can explain it; a detection has none without.
-        explained.unwrap_or_else(|fault| Explanation {
-            rule: self.configuration.rule.kind(),
-            quantities: Vec::new(),
-            accounts: Vec::new(),
-            reasons: vec![fault.to_string()],
-        })
+        let rule = &self.configuration.rule;
+        let without = |reason: String| {
+            let (quantities, accounts) = (Vec::new(), Vec::new());
+            Explanation { rule: rule.kind(), quantities, accounts, reasons: vec![reason] }
+        };
+        if pair.models.values().all(Result::is_err) {
+            return without("no model could judge this pair: every joint is equally likely".into());
+        }
+        rule.explain(&findings(&pair.models)).unwrap_or_else(|fault| without(fault.to_string()))
     }
 
     /// The names of the pairs that a detection would judge, the reference first.

@@ -29,7 +29,7 @@ pub enum DetectionError {
         /// The pair.
         moving: String,
         /// What is wrong, and where in the rule.
-        error: RuleError,
+        error: Box<RuleError>,
     },
     /// The world cannot be added.
     #[error(

@@ -95,11 +95,9 @@ pub fn text(profile: &Profile, catalog: &Catalog) -> String {
 
 /// The table of a model with its defaults.
 pub fn model_text(name: &str, plugin: &JointModelPlugin) -> String {
-    let mut text = heading(&format!("models.{}", key(name)), plugin.summary);
-    if name != plugin.name {
-        text += &format!("kind = \"{}\"\n", plugin.name);
-    }
-    text + &lines(&format!("models.{}", key(name)), &describe(&plugin.schema(), &plugin.default_settings()))
+    let heading = heading(&format!("models.{}", key(name)), plugin.summary);
+    let kind = if name == plugin.name { String::new() } else { format!("kind = \"{}\"\n", plugin.name) };
+    heading + &kind + &lines(&format!("models.{}", key(name)), &describe(&plugin.schema(), &plugin.default_settings()))
 }
 
 /// A key as TOML writes it.
@@ -139,10 +137,11 @@ fn scoring_text(table: Table, changed: toml::Table) -> String {
     let mut text = heading(name, schema.get("description").and_then(|text| text.as_str()).unwrap_or_default());
     text += &lines(name, &own);
     text += "\n# For the other rules:\n";
-    for setting in others {
-        text += &comment(&setting.description);
-        text += &format!("# {} = {}\n", setting.key, setting.default);
-    }
+    text.extend(
+        others
+            .into_iter()
+            .map(|Setting { key, default, description, .. }| format!("{}# {key} = {default}\n", comment(&description))),
+    );
     text
 }
 
@@ -153,15 +152,15 @@ fn heading(name: &str, about: &str) -> String {
 
 /// Settings as lines, those without a default as comments, tables behind all others.
 fn lines(path: &str, settings: &[Setting]) -> String {
-    let mut text = String::new();
-    for setting in settings.iter().filter(|setting| setting.table.is_empty()) {
-        text += &comment(&setting.description);
-        if setting.default == "none" {
-            text += &format!("# {} =    # {}; none by default\n", setting.key, setting.allowed);
+    let line = |Setting { key, default, allowed, description, .. }: &Setting| {
+        let about = comment(description);
+        if default == "none" {
+            format!("{about}# {key} =    # {allowed}; none by default\n")
         } else {
-            text += &format!("{} = {}    # {}\n", setting.key, setting.default, setting.allowed);
+            format!("{about}{key} = {default}    # {allowed}\n")
         }
-    }
+    };
+    let mut text: String = settings.iter().filter(|setting| setting.table.is_empty()).map(line).collect();
     for setting in settings.iter().filter(|setting| !setting.table.is_empty()) {
         let path = format!("{path}.{}", setting.key);
         text += &heading(&path, &setting.description);

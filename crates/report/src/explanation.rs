@@ -1,7 +1,7 @@
 //! How the verdict about a pair came about, for people.
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
-use jointscope_detection::{Explanation, ModelFinding, PairDetection};
+use jointscope_detection::{Account, Explanation, ModelFinding, PairDetection, Quantity};
 
 use crate::printable;
 
@@ -47,7 +47,16 @@ fn cells(finding: &ModelFinding) -> Vec<String> {
 
 fn arithmetic(explanation: &Explanation) -> String {
     let Explanation { rule, quantities, accounts, reasons } = explanation;
-    let mut text = format!("\nThe rule \"{}\"\n\n", rule.word());
+    let mut text = format!("\nThe rule \"{}\"\n", rule.word());
+    if !accounts.is_empty() {
+        text += &steps(quantities, accounts);
+    }
+    text += "\nWhy\n\n";
+    text.extend(reasons.iter().map(|reason| format!("  {}\n", printable(reason))));
+    text
+}
+
+fn steps(quantities: &[Quantity], accounts: &[Account]) -> String {
     let mut table = plain();
     let joints = accounts.iter().map(|account| printable(&account.joint));
     table.set_header([String::new()].into_iter().chain(joints));
@@ -56,16 +65,13 @@ fn arithmetic(explanation: &Explanation) -> String {
         table.add_row([quantity.name.to_owned()].into_iter().chain(values));
     }
     right(&mut table, 1..accounts.len() + 1);
-    text += &lines(&table);
-    text.push('\n');
+    let mut text = format!("\n{}\n", lines(&table));
     let width = quantities.iter().map(|quantity| quantity.name.len()).max().unwrap_or(0);
     text.extend(quantities.iter().map(|quantity| format!("  {:<width$}  {}\n", quantity.name, quantity.meaning)));
     text += "\nStep by step\n\n";
     let width = accounts.iter().map(|account| account.joint.chars().count()).max().unwrap_or(0);
     let steps = accounts.iter().map(|account| (printable(&account.joint), printable(&account.arithmetic)));
     text.extend(steps.map(|(joint, arithmetic)| format!("  {joint:<width$}  {arithmetic}\n")));
-    text += "\nWhy\n\n";
-    text.extend(reasons.iter().map(|reason| format!("  {}\n", printable(reason))));
     text
 }
 

@@ -1,6 +1,27 @@
 //! Rules that turn what joint models say into a verdict.
 //!
-//! A rule sees names and confidences, never a point or a pose.
+//! A rule sees names, confidences, parts and evidence, never a point or a pose.
+//!
+//! ```
+//! use jointscope_models::Confidence;
+//! use jointscope_scoring::{Announcement, Finding, Findings, Rule, RuleKind, ScoringSettings};
+//!
+//! let expressions = [("slide", "slide"), ("hinge", "(1 - slide) * hinge")];
+//! let settings = ScoringSettings {
+//!     rule: RuleKind::Expressions,
+//!     expressions: expressions.map(|(joint, text)| (joint.to_owned(), text.to_owned())).into(),
+//!     ..ScoringSettings::default()
+//! };
+//! let models = ["slide", "hinge"].map(|name| Announcement { name, parts: &[], states_evidence: false });
+//! let rule = Rule::new(&settings, &models)?;
+//!
+//! let says = |confidence| Finding::from(Confidence::new(confidence).expect("in [0, 1]"));
+//! let findings: Findings = [("slide".to_owned(), says(0.1)), ("hinge".to_owned(), says(0.9))].into();
+//! let verdict = rule.apply(&findings)?;
+//! assert_eq!(verdict.joint, "hinge");
+//! assert_eq!(rule.explain(&findings)?.accounts[1].arithmetic, "(1 - slide) * hinge = (1 - 0.100) * 0.900 = 0.810");
+//! # Ok::<(), jointscope_scoring::RuleError>(())
+//! ```
 
 mod cascade;
 mod explanation;

@@ -40,10 +40,9 @@ fn recording(configuration: &Configuration, file: &ConfigurationFile<'_>) -> Res
     word::<Format>(settings.format.as_ref(), file)?;
     word::<Unit>(settings.unit.as_ref(), file)?;
     if let Some(scene) = &settings.scene {
-        return match names().iter().any(|(name, _)| name == scene.as_ref()) {
-            true => Ok(format!("the scene {}", printable(scene.as_ref()))),
-            false => Err(file.failure(unknown_scene(scene.as_ref(), scene.span()))),
-        };
+        let known = names().iter().any(|(name, _)| name == scene.as_ref());
+        let unknown = || file.failure(unknown_scene(scene.as_ref(), scene.span()));
+        return known.then(|| format!("the scene {}", printable(scene.as_ref()))).ok_or_else(unknown);
     }
     let Some(path) = &settings.path else { return Ok("none; give --input PATH or --scene NAME to `run`".into()) };
     let path = file.path.parent().unwrap_or(Path::new("")).join(path);

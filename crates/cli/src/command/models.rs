@@ -53,7 +53,7 @@ fn explanation(plugin: &JointModelPlugin) -> String {
     };
     let parts = plugin.default_model().parts();
     if !parts.is_empty() {
-        text += &format!("Parts, for expressions such as NAME.{}: {}.\n", parts[0], parts.join(", "));
+        text.extend([format!("Parts, for expressions such as NAME.{}: {}.\n", parts[0], parts.join(", "))]);
     }
     let settings = settings::describe(&schema, &plugin.default_settings());
     if settings.is_empty() {

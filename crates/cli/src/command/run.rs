@@ -1,6 +1,7 @@
 //! `run`: from a recording to joints.
 
 use std::{
+    collections::BTreeSet,
     fmt::Display,
     fs,
     io::ErrorKind,
@@ -67,7 +68,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pairs = settings.pairs.as_deref();
     Detector::check(&recording, pairs).map_err(|error| refused(&error, &file))?;
     let named = Detector::pairs(&recording, pairs).map_err(|error| refused(&error, &file))?;
-    let explained = arguments.explain.iter().map(|pair| explain::find(pair, &named)).collect::<Result<Vec<_>, _>>()?;
+    let explained = arguments.explain.iter().map(|pair| explain::find(pair, &named));
+    let explained = explained.collect::<Result<BTreeSet<usize>, _>>()?;
     if let Some(folder) = &arguments.out {
         // Found out now, before the work.
         output::make_folder(folder)?;
@@ -228,7 +230,7 @@ fn refused(error: &DetectionError, file: &ConfigurationFile<'_>) -> Failure {
             file.wrong("pairs", name, error.to_string(), "name two bodies, the reference first")
         }
         DetectionError::Rule { reference, moving, error } => {
-            let error = jointscope_detection::place::in_text(&file.text, error.clone());
+            let error = jointscope_detection::place::in_text(&file.text, (**error).clone());
             let message = format!("{reference} - {moving}: {}", error.message);
             file.failure(SettingsError { message, ..error })
         }
