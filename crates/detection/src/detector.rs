@@ -199,7 +199,7 @@ impl Detector {
         let rule = &self.configuration.rule;
         let without = |reason: String| {
             let (quantities, accounts) = (Vec::new(), Vec::new());
-            Explanation { rule: rule.kind(), quantities, accounts, reasons: vec![reason] }
+            Explanation { rule: rule.kind(), quantities, accounts, reasons: vec![reason], by_evidence: None }
         };
         if pair.models.values().all(Result::is_err) {
             return without("no model could judge this pair: every joint is equally likely".into());

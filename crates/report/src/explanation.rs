@@ -11,8 +11,11 @@ use crate::printable;
 pub fn to_explanation(pair: &PairDetection) -> String {
     let [reference, moving, joint] = [&pair.reference, &pair.moving, &pair.verdict.joint].map(|name| printable(name));
     let doubt = if pair.determined { "determined" } else { "not determined" };
-    let mut text = format!("{reference} - {moving}: {joint}, {doubt}\n\nWhat the models found, each by itself\n\n");
-    text += &findings(pair);
+    let mut text = format!("{reference} - {moving}: {joint}, {doubt}\n");
+    if !pair.models.is_empty() {
+        text += "\nWhat the models found, each by itself\n\n";
+        text += &findings(pair);
+    }
     if let Some(explanation) = &pair.explanation {
         text += &arithmetic(explanation);
     }
@@ -46,8 +49,13 @@ fn cells(finding: &ModelFinding) -> Vec<String> {
 }
 
 fn arithmetic(explanation: &Explanation) -> String {
-    let Explanation { rule, quantities, accounts, reasons } = explanation;
-    let mut text = format!("\nThe rule \"{}\"\n", rule.word());
+    let Explanation { rule, quantities, accounts, reasons, by_evidence } = explanation;
+    let mut text = String::new();
+    if let Some(by_evidence) = by_evidence {
+        text += "\nThe evidence, by the rule \"likelihood\"\n";
+        text += &steps(&by_evidence.quantities, &by_evidence.accounts);
+    }
+    text.extend(["\nThe rule \"", rule.word(), "\"\n"]);
     if !accounts.is_empty() {
         text += &steps(quantities, accounts);
     }

@@ -69,6 +69,7 @@ struct Explained<'d> {
     quantities: Vec<Quantity>,
     joints: Vec<Account<'d>>,
     reasons: &'d [String],
+    by_evidence: Option<Box<Self>>,
 }
 
 #[derive(Serialize)]
@@ -97,7 +98,7 @@ impl Serialize for Values<'_> {
 
 impl<'d> Explained<'d> {
     fn of(explanation: &'d Explanation) -> Self {
-        let Explanation { rule, quantities, accounts, reasons } = explanation;
+        let Explanation { rule, quantities, accounts, reasons, by_evidence } = explanation;
         let account = |account: &'d jointscope_detection::Account| Account {
             joint: &account.joint,
             values: Values(quantities, &account.values),
@@ -108,6 +109,7 @@ impl<'d> Explained<'d> {
             quantities: quantities.iter().map(|q| Quantity { name: q.name, meaning: q.meaning }).collect(),
             joints: accounts.iter().map(account).collect(),
             reasons,
+            by_evidence: by_evidence.as_deref().map(|explanation| Box::new(Self::of(explanation))),
         }
     }
 }

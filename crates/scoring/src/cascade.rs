@@ -95,7 +95,8 @@ impl Cascade {
             Account { joint: joint.clone(), values, arithmetic: format!("{factors} = {}", number(*confidence)) }
         };
         let accounts = verdict.confidences.iter().map(account).collect();
-        Explanation { rule: RuleKind::Cascade, quantities, accounts, reasons: reasons(&verdict, self.margin) }
+        let reasons = reasons(&verdict, self.margin);
+        Explanation { rule: RuleKind::Cascade, quantities, accounts, reasons, by_evidence: None }
     }
 }
 

@@ -13,6 +13,8 @@ pub struct Explanation {
     pub accounts: Vec<Account>,
     /// Why the winner won, and what stands against it, in sentences.
     pub reasons: Vec<String>,
+    /// The rule `likelihood` among the models with evidence, where the rule uses what it says.
+    pub by_evidence: Option<Box<Explanation>>,
 }
 
 /// One step of a rule's arithmetic.

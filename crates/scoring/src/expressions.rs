@@ -182,7 +182,8 @@ impl Expressions {
         };
         let accounts = verdict.confidences.iter().map(account).collect();
         let reasons = crate::cascade::reasons(&verdict, self.margin);
-        Ok(Explanation { rule: RuleKind::Expressions, quantities, accounts, reasons })
+        let by_evidence = self.likelihood.as_ref().map(|likelihood| Box::new(likelihood.explain(findings)));
+        Ok(Explanation { rule: RuleKind::Expressions, quantities, accounts, reasons, by_evidence })
     }
 }
 

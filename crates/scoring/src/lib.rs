@@ -19,7 +19,7 @@
 //! let findings: Findings = [("slide".to_owned(), says(0.1)), ("hinge".to_owned(), says(0.9))].into();
 //! let verdict = rule.apply(&findings)?;
 //! assert_eq!(verdict.joint, "hinge");
-//! assert_eq!(rule.explain(&findings)?.accounts[1].arithmetic, "(1 - slide) * hinge = (1 - 0.100) * 0.900 = 0.810");
+//! assert_eq!(rule.explain(&findings)?.accounts[0].arithmetic, "(1 - slide) * hinge = (1 - 0.100) * 0.900 = 0.810");
 //! # Ok::<(), jointscope_scoring::RuleError>(())
 //! ```
 

@@ -230,7 +230,13 @@ impl Likelihood {
         };
         let accounts = verdict.confidences.iter().map(account).collect();
         let reasons = self.reasons(&verdict, &candidates);
-        Explanation { rule: RuleKind::Likelihood, quantities: QUANTITIES.to_vec(), accounts, reasons }
+        Explanation {
+            rule: RuleKind::Likelihood,
+            quantities: QUANTITIES.to_vec(),
+            accounts,
+            reasons,
+            by_evidence: None,
+        }
     }
 
     fn account(&self, candidate: &Candidate<'_>, confidence: f64, verdict: &Verdict) -> Account {
