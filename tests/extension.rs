@@ -127,6 +127,8 @@ fn a_mixed_rule_finds_joints_and_explains_both_families() {
         assert_eq!(of_joint["values"]["confidence"], pair["confidence"]);
         let evidence = explanation["by_evidence"]["joints"].as_array().expect("the evidence");
         assert!(evidence.iter().all(|account| account["values"]["cost"].is_f64()), "{explanation}");
+        let text = explanation.to_string();
+        assert!(!text.contains(r"\n") && !text.contains("-0.0"), "one line each, and no negative zero: {text}");
         assert!(of_joint["arithmetic"].as_str().expect("words").contains(".likelihood"), "{of_joint}");
         assert_eq!(printed(&arguments, Path::new(PROJECT)).lines().filter(|line| *line == "Why").count(), 1);
     }

@@ -178,6 +178,8 @@ impl Expressions {
                     (value.or(Some(0.0)), said.missing(expression).map_or_else(worked, missing))
                 }
             };
+            // An expression of several lines is told in one.
+            let arithmetic = arithmetic.split_whitespace().collect::<Vec<_>>().join(" ");
             Account { joint: joint.clone(), values: vec![value, Some(*confidence)], arithmetic }
         };
         let accounts = verdict.confidences.iter().map(account).collect();

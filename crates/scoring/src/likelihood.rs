@@ -154,7 +154,8 @@ impl Likelihood {
     }
 
     fn prior_cost(&self, name: &str) -> f64 {
-        -2.0 * self.prior(name).ln()
+        // Taken from 0, so that a prior of 1 costs 0 without a sign.
+        0.0 - 2.0 * self.prior(name).ln()
     }
 
     /// Cost of every joint above that of the likeliest, in units of -2 log likelihood.
