@@ -252,6 +252,7 @@ impl Likelihood {
             Some(evidence.noise_cost()),
             Some(*by_noise),
             departure.map(|departure| departure.squared),
+            departure.map(|departure| departure.per_noise),
             departure.map(|departure| departure.adequate),
             Some(*charge),
             Some(k),
@@ -297,7 +298,7 @@ impl Likelihood {
 }
 
 /// The steps of the arithmetic.
-const QUANTITIES: [Quantity; 16] = {
+const QUANTITIES: [Quantity; 17] = {
     const fn quantity(name: &'static str, meaning: &'static str) -> Quantity {
         Quantity { name, meaning }
     }
@@ -309,8 +310,15 @@ const QUANTITIES: [Quantity; 16] = {
         quantity("noise_cost", "(chi_squared + configuration_cost) / correlation_time"),
         quantity("by_noise", "X: noise_cost, or less if a joint that it contains has less, above the least of all"),
         quantity("departure", "Y: squared misfit in standard deviations of play"),
+        quantity(
+            "per_noise",
+            "what a misfit costs by noise over what it costs by play; Y counts as X / per_noise at least",
+        ),
         quantity("adequate", "departure beyond which the joint is not the right one"),
-        quantity("charge", "X Y' / (X + Y') with Y' = Y (1 + Y / 60); at most a richer joint's and the step from it"),
+        quantity(
+            "charge",
+            "X Y' / (X + Y') with Y' = Y (1 + Y / 60), or X of ideal joints; at most a richer joint's and the step from it",
+        ),
         quantity("parameters", "k"),
         quantity("ln_observations", "ln n"),
         quantity("parameter_cost", "k ln n"),

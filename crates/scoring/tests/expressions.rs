@@ -1,6 +1,6 @@
 //! The rule that is written in the configuration: what it concludes, what it refuses, and where.
 
-use jointscope_models::{Confidence, Evidence, Mobility};
+use jointscope_models::{Confidence, Departure, Evidence, Mobility};
 use jointscope_scoring::{
     Announcement, Cascade, Finding, Findings, Likelihood, Rule, RuleError, RuleKind, ScoringSettings, Verdict,
 };
@@ -300,4 +300,25 @@ fn the_steps_of_a_likelihood_give_its_costs() {
     }
     assert!(explanation.reasons[0].starts_with("slide costs least") || explanation.reasons[0].starts_with("hinge"));
     assert_eq!(explanation.reasons.len(), 2 + verdict.doubts.len());
+}
+
+#[test]
+fn the_charge_of_play_follows_from_the_steps_before_it() {
+    let departure = |squared, per_noise| Some(Departure { squared, per_noise, adequate: 25.0 });
+    let mut found = Findings::new();
+    let slide = Evidence { departure: departure(9.0, 100.0), ..evidence(9, 0, 1, 900.0) };
+    let hinge = Evidence { departure: departure(0.5, 10.0), ..evidence(11, 1, 0, 400.0) };
+    found.insert("slide".into(), Finding { evidence: vec![slide], ..says(1.0) });
+    found.insert("hinge".into(), Finding { evidence: vec![hinge], ..says(1.0) });
+    found.insert("free".into(), Finding { evidence: vec![evidence(18, 3, 3, 100.0)], ..says(1.0) });
+    let rule = Likelihood::new(&ScoringSettings::default(), &["slide", "hinge", "free"]).expect("a rule");
+    let explanation = rule.explain(&found);
+    let place = |name: &str| explanation.quantities.iter().position(|q| q.name == name).expect("a quantity");
+    for account in explanation.accounts.iter().filter(|account| account.joint != "free") {
+        let part = |name: &str| account.values[place(name)].expect("a value");
+        let x = part("by_noise");
+        let y = part("departure").max(x / part("per_noise"));
+        let y = y * (1.0 + y / 60.0);
+        assert!((part("charge") - x * y / (x + y)).abs() < 1e-9 * x, "{account:?}");
+    }
 }
