@@ -9,6 +9,10 @@ use serde::{Deserialize, Serialize};
 /// Spherical joint: all features keep their distances from one common point.
 ///
 /// `confidence = exp(-(rms / (tolerance · mean distance))²)`, with the point by least squares over all trajectories.
+///
+/// Convention: the axis's point is the centre, and there is no direction.
+///
+/// References: the linear equations of a sphere, `|x|² - 2 x·c + (|c|² - r²) = 0`.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CommonCentre {
@@ -61,5 +65,9 @@ impl JointModel for CommonCentre {
         Ok(JointFit::new(confidence, Joint { axis: Some(axis), positions: None })
             .with_part("mean_distance", reach)
             .with_residual(rms))
+    }
+
+    fn parts(&self) -> &'static [&'static str] {
+        &["mean_distance"]
     }
 }

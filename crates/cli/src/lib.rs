@@ -32,6 +32,9 @@ struct Arguments {
 enum Command {
     Run(command::run::Arguments),
     Models(command::models::Arguments),
+    Init(command::init::Arguments),
+    Check(command::check::Arguments),
+    Schema(command::schema::Arguments),
     Simulate(command::simulate::Arguments),
     Reproduce(command::reproduce::Arguments),
     Evaluate(command::evaluate::Arguments),
@@ -45,6 +48,9 @@ pub fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Run(arguments) => command::run::run(&arguments),
         Command::Models(arguments) => command::models::run(&arguments),
+        Command::Init(arguments) => command::init::run(&arguments),
+        Command::Check(arguments) => command::check::run(&arguments),
+        Command::Schema(arguments) => command::schema::run(&arguments),
         Command::Simulate(arguments) => command::simulate::run(&arguments),
         Command::Reproduce(arguments) => command::reproduce::run(&arguments),
         Command::Evaluate(arguments) => command::evaluate::run(&arguments),

@@ -7,7 +7,7 @@ use jointscope_models::{
     settings::{self, SettingsError, Value},
 };
 use jointscope_motion::MotionSettings;
-use jointscope_scoring::{Rule, RuleKind, ScoringSettings};
+use jointscope_scoring::{Announcement, Rule, RuleError, RuleKind, ScoringSettings};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::{
@@ -15,8 +15,10 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
+use crate::place;
+
 /// The models of a configuration without `[models]`.
-const DEFAULT_MODELS: &str = "
+pub(crate) const DEFAULT_MODELS: &str = "
     [rigid]
     [prismatic]
     [revolute]
@@ -29,7 +31,7 @@ const DEFAULT_MODELS: &str = "
 ";
 
 /// The tables of a configuration.
-const TABLES: [&str; 4] = ["recording", "motion", "models", "scoring"];
+pub(crate) const TABLES: [&str; 4] = ["recording", "motion", "models", "scoring"];
 
 /// Everything that decides how a recording is read and judged.
 #[derive(Debug)]
@@ -114,25 +116,7 @@ impl Configuration {
         let spans = key_spans(root.get("scoring"));
         let scoring: ScoringSettings = table(&mut root, "scoring")?;
         check_scoring(&scoring, &spans)?;
-        if scoring.rule == RuleKind::Likelihood
-            && let Some(silent) = models.iter().find(|model| !model.model.states_evidence())
-        {
-            let at = spans.iter().find(|(key, _)| key == "rule").or(spans.first());
-            let span = at.map_or(beginning(text), |(_, span)| span.clone());
-            let message = format!(
-                "the rule \"likelihood\" compares evidence, and the model `{}` (kind `{}`) states none",
-                silent.name, silent.kind
-            );
-            let help =
-                "write rule = \"cascade\" under [scoring], or choose models that state evidence, such as `revolute`";
-            return Err(SettingsError::at(span, message).help(help));
-        }
-        let names: Vec<&str> = models.iter().map(|model| model.name.as_str()).collect();
-        let rule = Rule::new(&scoring, &names).map_err(|error| {
-            let at = spans.iter().find(|(key, _)| key == error.key).or(spans.first());
-            let span = at.map_or(beginning(text), |(_, span)| span.clone());
-            SettingsError::at(span, error.message).help(error.help)
-        })?;
+        let rule = rule(&scoring, &models).map_err(|error| place::in_text(text, error))?;
         Ok(Self { recording, motion, models, rule })
     }
 }
@@ -184,14 +168,15 @@ fn check_recording(settings: &RecordingSettings, spans: &[(String, Range<usize>)
 
 /// Refuses settings of another rule than the one chosen, rather than ignoring them.
 fn check_scoring(settings: &ScoringSettings, spans: &[(String, Range<usize>)]) -> Result<(), SettingsError> {
-    const OF_CASCADE: [&str; 3] = ["order", "otherwise", "margin"];
-    const OF_LIKELIHOOD: [&str; 4] = ["priors", "lead", "lead_over_richer", "temperature"];
-    let (chosen, other, idle) = match settings.rule {
-        RuleKind::Likelihood => ("likelihood", "cascade", &OF_CASCADE[..]),
-        RuleKind::Cascade => ("cascade", "likelihood", &OF_LIKELIHOOD[..]),
+    let chosen = settings.rule;
+    let all = [RuleKind::Likelihood, RuleKind::Cascade, RuleKind::Expressions];
+    let of_another = |key: &str| {
+        let another = all.into_iter().find(|rule| rule.keys().contains(&key));
+        another.filter(|_| !chosen.keys().contains(&key))
     };
-    match spans.iter().find(|(key, _)| idle.contains(&key.as_str())) {
-        Some((key, span)) => {
+    match spans.iter().find_map(|(key, span)| Some((key, span, of_another(key)?))) {
+        Some((key, span, other)) => {
+            let (other, chosen) = (other.word(), chosen.word());
             let message = format!("`{key}` is for the rule \"{other}\", but the rule is \"{chosen}\"");
             let help = format!("take `{key}` out, or write rule = \"{other}\" under [scoring]");
             Err(SettingsError::at(span.clone(), message).help(help))
@@ -200,8 +185,29 @@ fn check_scoring(settings: &ScoringSettings, spans: &[(String, Range<usize>)]) -
     }
 }
 
+/// The rule of settings over models.
+pub(crate) fn rule(scoring: &ScoringSettings, models: &[NamedModel]) -> Result<Rule, RuleError> {
+    if scoring.rule == RuleKind::Likelihood
+        && let Some(silent) = models.iter().find(|model| !model.model.states_evidence())
+    {
+        let message = format!(
+            "the rule \"likelihood\" compares evidence, and the model `{}` (kind `{}`) states none",
+            silent.name, silent.kind
+        );
+        let help = "write rule = \"cascade\" or rule = \"expressions\" under [scoring], or choose models that state \
+                    evidence, such as `revolute`";
+        return Err(RuleError::new("rule", message, help));
+    }
+    let announced = models.iter().map(|NamedModel { name, model, .. }| Announcement {
+        name,
+        parts: model.parts(),
+        states_evidence: model.states_evidence(),
+    });
+    Rule::new(scoring, &announced.collect::<Vec<_>>())
+}
+
 /// The first letter of a text, where no better place is known.
-fn beginning(text: &str) -> Range<usize> {
+pub(crate) fn beginning(text: &str) -> Range<usize> {
     0..text.chars().next().map_or(0, char::len_utf8)
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use jointscope_models::{Axis, AxisUncertainty, FitError, JointFit, Positions};
 use jointscope_motion::{DepthGain, Noise};
-use jointscope_scoring::Verdict;
+use jointscope_scoring::{Explanation, Verdict};
 
 /// The joints of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +51,8 @@ pub struct PairDetection {
     pub models: BTreeMap<String, ModelFinding>,
     /// What a user should know, in sentences.
     pub notes: Vec<String>,
+    /// How the rule came to its verdict; filled in by whoever asks [`Detector::explain`](crate::Detector::explain).
+    pub explanation: Option<Explanation>,
 }
 
 /// What a model found, or why it found nothing.

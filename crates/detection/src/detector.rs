@@ -8,7 +8,7 @@ use jointscope_motion::{
     Body, BodyMotion, DepthGain, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
     undo_depth_gain,
 };
-use jointscope_scoring::{Finding, Findings, Rule, Verdict};
+use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
 use rayon::prelude::*;
 
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection};
@@ -209,12 +209,43 @@ impl Detector {
             watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
             judged
         };
+        let judged: Vec<PairDetection> = pairs.par_iter().map(judge).collect();
+        if let Some((pair, fault)) = judged.iter().find_map(|pair| Some((pair, pair.verdict.fault.as_ref()?))) {
+            let [reference, moving] = [&pair.reference, &pair.moving].map(String::clone);
+            return Err(DetectionError::Rule { reference, moving, error: Box::new(fault.clone()) });
+        }
         Ok(Detection {
             bodies: bodies.iter().map(|(body, _)| body.name().to_owned()).collect(),
             frames: recording.frames(),
             duration: recording.duration(),
-            pairs: pairs.par_iter().map(judge).collect(),
+            pairs: judged,
         })
+    }
+
+    /// How the rule came to the verdict about a pair that this detector judged.
+    pub fn explain(&self, pair: &PairDetection) -> Explanation {
+        let rule = &self.configuration.rule;
+        let without = |reason: String| {
+            let (quantities, accounts) = (Vec::new(), Vec::new());
+            Explanation { rule: rule.kind(), quantities, accounts, reasons: vec![reason], by_evidence: None }
+        };
+        if pair.models.values().all(Result::is_err) {
+            return without("no model could judge this pair: every joint is equally likely".into());
+        }
+        rule.explain(&findings(&pair.models)).unwrap_or_else(|fault| without(fault.to_string()))
+    }
+
+    /// The names of the pairs that a detection would judge, the reference first.
+    ///
+    /// # Errors
+    /// As [`Detector::detect`].
+    pub fn pairs(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<Vec<[String; 2]>, DetectionError> {
+        let mut names: Vec<&str> = recording.bodies().iter().map(Body::name).collect();
+        if names.len() == 1 {
+            names.insert(0, WORLD);
+        }
+        let pairs = chosen(recording, pairs)?;
+        Ok(pairs.into_iter().map(|(reference, moving)| [names[reference].into(), names[moving].into()]).collect())
     }
 
     /// Refuses what detection would refuse, without the work.
@@ -260,6 +291,7 @@ impl Detector {
             frames_used: 0,
             models: BTreeMap::new(),
             notes,
+            explanation: None,
         };
         match seen {
             Ok((motion, swapped)) => self.fit(&mut pair, &motion, swapped),
@@ -309,8 +341,7 @@ impl Detector {
     /// What the models find, what the rule concludes, and what must be said about how the motion was taken.
     fn weighed(&self, motion: &RelativeMotion<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Option<String>) {
         let (models, verdict) = self.weigh(motion);
-        let Some(series) = motion.pose_series().filter(|_| matches!(self.configuration.rule, Rule::Likelihood(_)))
-        else {
+        let Some(series) = motion.pose_series().filter(|_| self.configuration.rule.compares_evidence()) else {
             return (models, verdict, None);
         };
         if series.tracked()
@@ -342,13 +373,18 @@ impl Detector {
         let fit = |model: &dyn JointModel| model.fit(motion).and_then(|fit| fit.sound(frames));
         let models: BTreeMap<String, ModelFinding> =
             self.configuration.models.iter().map(|named| (named.name.clone(), fit(&*named.model))).collect();
-        let finding = |finding: &ModelFinding| finding.as_ref().map_or(Confidence::ZERO.into(), Finding::from);
-        let findings: Findings = models.iter().map(|(name, found)| (name.clone(), finding(found))).collect();
         let rule = &self.configuration.rule;
         let judged = models.values().any(Result::is_ok);
-        let verdict = if judged { rule.apply(&findings) } else { rule.ignorance() };
+        let verdict = if judged { rule.apply(&findings(&models)) } else { Ok(rule.ignorance()) };
+        let verdict = verdict.unwrap_or_else(|fault| Verdict { fault: Some(fault), ..rule.ignorance() });
         (models, verdict)
     }
+}
+
+/// What rules see of the models' fits.
+fn findings(models: &BTreeMap<String, ModelFinding>) -> Findings {
+    let finding = |finding: &ModelFinding| finding.as_ref().map_or(Confidence::ZERO.into(), Finding::from);
+    models.iter().map(|(name, found)| (name.clone(), finding(found))).collect()
 }
 
 /// The least -2 log likelihood of any model: how well frames, single or merged, tell the motion apart from noise.

@@ -1,6 +1,7 @@
 //! Why a recording cannot be analysed.
 
 use jointscope_motion::MotionError;
+use jointscope_scoring::RuleError;
 
 /// Why a recording cannot be analysed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -19,6 +20,16 @@ pub enum DetectionError {
     PairOfOne {
         /// The name.
         name: String,
+    },
+    /// The rule has no verdict about a pair: an expression is not finite, say.
+    #[error("{reference} - {moving}: {error}")]
+    Rule {
+        /// The pair.
+        reference: String,
+        /// The pair.
+        moving: String,
+        /// What is wrong, and where in the rule.
+        error: Box<RuleError>,
     },
     /// The world cannot be added.
     #[error(

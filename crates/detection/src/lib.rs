@@ -16,14 +16,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod builder;
 mod configuration;
 mod detection;
 mod detector;
 mod error;
+pub mod place;
+pub mod schema;
+pub mod starter;
 
+pub use builder::ConfigurationBuilder;
 pub use configuration::{Configuration, NamedModel, RecordingSettings};
 pub use detection::{Detection, ModelFinding, PairDetection};
 pub use detector::Detector;
 pub use error::DetectionError;
 
 pub use jointscope_models::settings::SettingsError;
+pub use jointscope_scoring::{Account, Explanation, Quantity, RuleError, RuleKind, ScoringSettings};

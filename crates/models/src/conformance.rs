@@ -192,6 +192,8 @@ impl Suite {
         };
         for (name, value) in &fit.parts {
             require("no part is NaN", !value.is_nan(), format!("`{name}` is"));
+            let known = self.model.parts();
+            require("parts are announced", known.contains(name), format!("`{name}` is not in `parts`: {known:?}"));
         }
         let stated = fit.evidence.is_some();
         let detail = || format!("{stated}, but `states_evidence` says {}", self.model.states_evidence());

@@ -31,6 +31,10 @@
 //!         let confidence = Confidence::new(if travel <= self.length { 1.0 } else { 0.0 })?;
 //!         Ok(JointFit::new(confidence, Joint::default()).with_part("travel", travel))
 //!     }
+//!
+//!     fn parts(&self) -> &'static [&'static str] {
+//!         &["travel"]
+//!     }
 //! }
 //!
 //! let catalog = jointscope_models::Catalog::linked()?;

@@ -26,6 +26,12 @@ pub trait JointModel: Debug + Send + Sync {
     fn states_evidence(&self) -> bool {
         false
     }
+
+    /// Names of the parts that its fits may have, which rules can refer to; by default those that
+    /// [`judge`](crate::lower_pair::judge) gives, for models that state evidence.
+    fn parts(&self) -> &'static [&'static str] {
+        if self.states_evidence() { &crate::lower_pair::PARTS } else { &[] }
+    }
 }
 
 /// The crate that a model comes from.
@@ -66,6 +72,15 @@ impl JointModelPlugin {
     /// [`SettingsError`] with the place in the text: unknown keys, wrong types, values out of range.
     pub fn build(&self, settings: Value<'_>) -> Result<Box<dyn JointModel>, SettingsError> {
         (self.build)(settings)
+    }
+
+    /// The model with its defaults.
+    ///
+    /// # Panics
+    /// If the model refuses its own defaults, which conformance rules out.
+    pub fn default_model(&self) -> Box<dyn JointModel> {
+        let nothing = toml::Spanned::new(0..0, toml::de::DeValue::Table(toml::de::DeTable::new()));
+        self.build(nothing).expect("a model accepts its own defaults")
     }
 
     /// Every setting with its default.

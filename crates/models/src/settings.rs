@@ -84,20 +84,30 @@ pub struct Setting {
     pub allowed: String,
     /// What it does.
     pub description: String,
+    /// Its own keys, if it is a table of settings.
+    pub table: Vec<Setting>,
 }
 
 /// The settings described by a schema, in the order of their declaration.
 pub fn describe(schema: &schemars::Schema, defaults: &toml::Table) -> Vec<Setting> {
-    let root = schema.as_value();
-    let Some(properties) = root.get("properties").and_then(Json::as_object) else { return Vec::new() };
+    described(schema.as_value(), schema.as_value(), defaults)
+}
+
+fn described(schema: &Json, root: &Json, defaults: &toml::Table) -> Vec<Setting> {
+    let Some(properties) = schema.get("properties").and_then(Json::as_object) else { return Vec::new() };
     let describe = |(key, property): (&String, &Json)| {
         let resolved = resolve(property, root);
         let description = property.get("description").or_else(|| resolved.get("description"));
+        let branches = resolved.get("anyOf").and_then(Json::as_array).into_iter().flatten();
+        let of_table = branches.map(|branch| resolve(branch, root)).chain([resolved]);
+        let of_table = of_table.into_iter().find(|branch| branch.get("properties").is_some());
+        let table = defaults.get(key).and_then(toml::Value::as_table).zip(of_table);
         Setting {
             key: key.clone(),
             default: defaults.get(key).map_or_else(|| "none".into(), ToString::to_string),
-            allowed: allowed(resolved),
+            allowed: allowed(resolved, root),
             description: description.and_then(Json::as_str).unwrap_or_default().replace('\n', " "),
+            table: table.map_or_else(Vec::new, |(table, schema)| described(schema, root, table)),
         }
     };
     properties.iter().map(describe).collect()
@@ -120,9 +130,14 @@ fn words(schema: &Json) -> Vec<&str> {
 }
 
 /// What a schema allows, for people.
-fn allowed(schema: &Json) -> String {
+fn allowed(schema: &Json, root: &Json) -> String {
     let words = words(schema);
-    if words.is_empty() {
+    let branches = schema.get("anyOf").and_then(Json::as_array).into_iter().flatten();
+    let branches = branches.filter(|branch| branch.get("type") != Some(&"null".into()));
+    let branches: Vec<String> = branches.map(|branch| allowed(resolve(branch, root), root)).collect();
+    if !branches.is_empty() {
+        branches.join(", or ")
+    } else if words.is_empty() {
         range(schema)
     } else {
         words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
@@ -185,7 +200,7 @@ fn check(value: &Value<'_>, schema: &Json, root: &Json, key: &str) -> Result<(),
     if !fits_type(value.as_ref(), schema) {
         let expected = types(schema).into_iter().map(type_words).collect::<Vec<_>>().join(" or ");
         return Err(fail(format!("expected {expected}, found {}", found(value.as_ref())))
-            .help(format!("allowed: {}", allowed(schema))));
+            .help(format!("allowed: {}", allowed(schema, root))));
     }
     match value.as_ref() {
         DeValue::String(word) => {

@@ -56,6 +56,10 @@ macro_rules! refused {
                 fn states_evidence(&self) -> bool {
                     $states
                 }
+
+                fn parts(&self) -> &'static [&'static str] {
+                    &["ratio", "times"]
+                }
             }
             static PLUGIN: JointModelPlugin = JointModelPlugin::of::<Faulty>("faulty", "has a fault", HERE);
             let message = complaint(&PLUGIN);
@@ -73,6 +77,8 @@ fn with_axis(direction: Unit<Vector3<f64>>, positions: Option<Positions>, motion
     let axis = Axis { point: motion.first_centroid(), direction: Some(direction), pitch: None };
     JointFit::new(Confidence::ONE, Joint { axis: Some(axis), positions })
 }
+
+refused!(a_part_that_is_not_announced_is_found, "parts are announced", |_motion| Ok(sure().with_part("odd", 1.0)));
 
 refused!(a_nan_part_is_found, "no part is NaN", |_motion| Ok(sure().with_part("ratio", f64::NAN)));
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use jointscope_detection::{Detection, ModelFinding, PairDetection};
+use jointscope_detection::{Detection, Explanation, ModelFinding, PairDetection};
 use jointscope_models::motion::DepthGain;
 use jointscope_models::{Axis, Positions};
 use nalgebra::Vector3;
@@ -61,6 +61,58 @@ struct Pair<'d> {
     frames_used: usize,
     models: BTreeMap<&'d str, Model<'d>>,
     notes: &'d [String],
+    explanation: Option<Explained<'d>>,
+}
+
+#[derive(Serialize)]
+struct Explained<'d> {
+    rule: &'static str,
+    quantities: Vec<Quantity>,
+    joints: Vec<Account<'d>>,
+    reasons: &'d [String],
+    by_evidence: Option<Box<Self>>,
+}
+
+#[derive(Serialize)]
+struct Quantity {
+    name: &'static str,
+    meaning: &'static str,
+}
+
+#[derive(Serialize)]
+struct Account<'d> {
+    joint: &'d str,
+    values: Values<'d>,
+    arithmetic: &'d str,
+}
+
+/// Quantities by name, in their order.
+struct Values<'d>(&'d [jointscope_detection::Quantity], &'d [Option<f64>]);
+
+impl Serialize for Values<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        self.0.iter().zip(self.1).try_for_each(|(quantity, value)| map.serialize_entry(quantity.name, value))?;
+        map.end()
+    }
+}
+
+impl<'d> Explained<'d> {
+    fn of(explanation: &'d Explanation) -> Self {
+        let Explanation { rule, quantities, accounts, reasons, by_evidence } = explanation;
+        let account = |account: &'d jointscope_detection::Account| Account {
+            joint: &account.joint,
+            values: Values(quantities, &account.values),
+            arithmetic: &account.arithmetic,
+        };
+        Self {
+            rule: rule.word(),
+            quantities: quantities.iter().map(|q| Quantity { name: q.name, meaning: q.meaning }).collect(),
+            joints: accounts.iter().map(account).collect(),
+            reasons,
+            by_evidence: by_evidence.as_deref().map(|explanation| Box::new(Self::of(explanation))),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -158,6 +210,7 @@ impl<'d> Pair<'d> {
             frames_used: pair.frames_used,
             models: pair.models.iter().map(|(name, finding)| (name.as_str(), Model::of(finding))).collect(),
             notes: &pair.notes,
+            explanation: pair.explanation.as_ref().map(Explained::of),
         }
     }
 }

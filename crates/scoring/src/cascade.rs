@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::{Findings, RuleError, ScoringSettings, Verdict};
+use crate::{
+    Account, Explanation, Findings, Quantity, RuleError, RuleKind, ScoringSettings, Verdict, explanation::number,
+};
 
 /// `p_k = c_k Π_{j<k} (1 - c_j)` for the models in order, and `Π_j (1 - c_j)` for the joint that remains.
 ///
@@ -25,7 +27,7 @@ impl Cascade {
     pub fn new(settings: &ScoringSettings, models: &[&str]) -> Result<Self, RuleError> {
         let ScoringSettings { order, otherwise, margin, .. } = settings.clone();
         let list = |names: &[&str]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        let in_order = |message: String, help: String| Err(RuleError { key: "order", message, help });
+        let in_order = |message: String, help: String| Err(RuleError::new("order", message, help));
         let mut seen = BTreeSet::new();
         for name in &order {
             if !models.contains(&name.as_str()) {
@@ -46,13 +48,10 @@ impl Cascade {
         if order.is_empty() {
             return in_order("the cascade has no models".into(), "name at least one".into());
         }
-        if otherwise.trim().is_empty() {
-            let message = "what remains when all models say no has no name".into();
-            return Err(RuleError { key: "otherwise", message, help: "name it, \"disconnected\" say".into() });
-        }
+        check_otherwise(&otherwise)?;
         if seen.contains(otherwise.as_str()) {
             let message = format!("`{otherwise}` is both a model and what remains when all models say no");
-            return Err(RuleError { key: "otherwise", message, help: "give the remainder a name of its own".into() });
+            return Err(RuleError::new("otherwise", message, "give the remainder a name of its own"));
         }
         Ok(Self { order, otherwise, margin })
     }
@@ -72,18 +71,60 @@ impl Cascade {
 
     /// All joints equally likely, named after what remains when no model finds its joint.
     pub fn ignorance(&self) -> Verdict {
-        let joints = self.order.iter().chain([&self.otherwise]);
-        let share = 1.0 / (self.order.len() + 1) as f64;
-        let confidences = joints.map(|joint| (joint.clone(), share)).collect();
-        Verdict {
-            joint: self.otherwise.clone(),
-            confidence: share,
-            confidences,
-            doubts: Vec::new(),
-            richer: None,
-            cost: None,
-        }
+        Verdict::ignorance(self.order.iter().chain([&self.otherwise]).cloned().collect(), &self.otherwise)
     }
+
+    /// The arithmetic of [`apply`](Self::apply).
+    pub fn explain(&self, findings: &Findings) -> Explanation {
+        let quantities = vec![
+            Quantity { name: "says", meaning: "the confidence of the model by itself" },
+            Quantity { name: "left", meaning: "what the joints before it leave: product of 1 - says" },
+            Quantity { name: "confidence", meaning: "left · says; of what remains, left" },
+        ];
+        let verdict = self.apply(findings);
+        let (mut left, mut vetoes) = (1.0, Vec::new());
+        let account = |(joint, confidence): &(String, f64)| {
+            let remains = *joint == self.otherwise;
+            let says = (!remains).then(|| findings.get(joint).map_or(0.0, |finding| finding.confidence.value()));
+            let factors = vetoes.iter().cloned().chain(says.map(number)).collect::<Vec<_>>().join(" · ");
+            let values = vec![says, Some(left), Some(*confidence)];
+            if let Some(says) = says {
+                left *= 1.0 - says;
+                vetoes.push(format!("(1 - {})", number(says)));
+            }
+            Account { joint: joint.clone(), values, arithmetic: format!("{factors} = {}", number(*confidence)) }
+        };
+        let accounts = verdict.confidences.iter().map(account).collect();
+        let reasons = reasons(&verdict, self.margin);
+        Explanation { rule: RuleKind::Cascade, quantities, accounts, reasons, by_evidence: None }
+    }
+}
+
+/// Refuses a remainder without a name.
+pub(crate) fn check_otherwise(otherwise: &str) -> Result<(), RuleError> {
+    if otherwise.trim().is_empty() {
+        let message = "what remains when all models say no has no name".into();
+        return Err(RuleError::new("otherwise", message, "name it, \"disconnected\" say"));
+    }
+    Ok(())
+}
+
+/// Why the joint with the greatest confidence won, and by how much.
+pub(crate) fn reasons(verdict: &Verdict, margin: f64) -> Vec<String> {
+    let Verdict { joint, confidence, .. } = verdict;
+    let mut reasons = vec![format!("{joint} has the greatest confidence, {}", number(*confidence))];
+    let others = verdict.confidences.iter().filter(|(name, _)| name != joint);
+    if let Some((next, follows)) = others.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        let lead = confidence - follows;
+        let enough = if lead < margin { "less than" } else { "at least" };
+        reasons.push(format!(
+            "it leads {next} by {}, {enough} the margin of {} that decides",
+            number(lead),
+            number(margin)
+        ));
+    }
+    reasons.extend(verdict.doubts.iter().cloned());
+    reasons
 }
 
 fn quoted(order: &[String], last: &str) -> String {

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use jointscope_models::Evidence;
 
-use crate::{Findings, RuleError, ScoringSettings, Verdict};
+use crate::{
+    Account, Explanation, Findings, Quantity, RuleError, RuleKind, ScoringSettings, Verdict, explanation::number, order,
+};
 
 /// Compares joints by how likely they make the motion.
 ///
@@ -25,15 +27,6 @@ pub struct Likelihood {
     temperature: f64,
 }
 
-/// The usual order of joints, the simple ones first and free motion last; others stand before free motion.
-const ORDER: [&str; 9] =
-    ["rigid", "prismatic", "revolute", "screw", "cylindrical", "planar", "universal", "spherical", "elliptical"];
-
-fn place(name: &str) -> usize {
-    let last = ["disconnected", "free"].contains(&name);
-    ORDER.iter().position(|known| *known == name).unwrap_or(ORDER.len() + usize::from(last))
-}
-
 /// Squared departure of bodies that count as rigid, in standard deviations of play, beyond which a motion that another
 /// joint explains is told, and by how much noise must speak for it.
 const WOBBLES: f64 = 6.0;
@@ -43,7 +36,10 @@ const SURELY: f64 = 100.0;
 struct Candidate<'f> {
     name: &'f str,
     evidence: Evidence,
+    by_noise: f64,
     charge: f64,
+    /// The richer joint that the charge is taken from, if it is.
+    by_step_from: Option<&'f str>,
     cost: f64,
 }
 
@@ -56,20 +52,20 @@ impl Likelihood {
         let list = || models.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         if models.is_empty() {
             let message = "the likelihood rule has no models to compare".into();
-            return Err(RuleError { key: "rule", message, help: "name at least one under [models]".into() });
+            return Err(RuleError::new("rule", message, "name at least one under [models]"));
         }
         if let Some(name) = settings.priors.keys().find(|name| !models.contains(&name.as_str())) {
             let message = format!("a prior is given for `{name}`, which is not among the models");
-            return Err(RuleError { key: "priors", message, help: format!("models: {}", list()) });
+            return Err(RuleError::new("priors", message, format!("models: {}", list())));
         }
         if let Some((name, prior)) = settings.priors.iter().find(|(_, prior)| !(prior.is_finite() && **prior > 0.0)) {
             let message = format!("the prior of `{name}` is {prior}, which is not a positive number");
             let help =
                 "priors are weights: 1 is as good as any, 2 twice as likely; to rule a joint out, leave its model out";
-            return Err(RuleError { key: "priors", message, help: help.into() });
+            return Err(RuleError::new("priors", message, help));
         }
         let mut names: Vec<String> = models.iter().map(ToString::to_string).collect();
-        names.sort_by_key(|name| (place(name), name.clone()));
+        names.sort_by_key(|name| order::place(name));
         Ok(Self {
             names,
             priors: settings.priors.clone(),
@@ -109,6 +105,7 @@ impl Likelihood {
             doubts: self.doubts(best, &candidates),
             richer: richer(best, &candidates).map(str::to_owned),
             cost: Some(best.cost),
+            fault: None,
             confidences,
         }
     }
@@ -122,47 +119,56 @@ impl Likelihood {
             less.map(|e| e.noise_cost()).fold(evidence.noise_cost(), f64::min) - cheapest
         };
         // The richest first: every joint is compared with those that can do more.
-        let mut charged: Vec<(&str, Evidence, f64)> = all()
+        let mut charged: Vec<Candidate<'_>> = all()
             .map(|(name, evidence)| {
-                let noise = by_noise(&evidence);
-                (name.as_str(), evidence, evidence.departure.map_or(noise, |departure| departure.charge(noise)))
+                let by_noise = by_noise(&evidence);
+                let charge = evidence.departure.map_or(by_noise, |departure| departure.charge(by_noise));
+                Candidate { name: name.as_str(), evidence, by_noise, charge, by_step_from: None, cost: f64::NAN }
             })
             .collect();
-        charged.sort_by(|a, b| b.1.mobility.parameters.cmp(&a.1.mobility.parameters).then_with(|| a.0.cmp(b.0)));
+        let size = |c: &Candidate<'_>| c.evidence.mobility.parameters;
+        charged.sort_by(|a, b| size(b).cmp(&size(a)).then_with(|| a.name.cmp(b.name)));
         for index in 0..charged.len() {
             let (before, rest) = charged.split_at_mut(index);
-            let (_, evidence, charge) = &mut rest[0];
-            for (_, richer, its_charge) in before.iter() {
-                if richer.mobility.contains(&evidence.mobility) {
-                    let step = (by_noise(evidence) - by_noise(richer)).max(0.0);
-                    *charge = charge.min(its_charge + step);
+            let this = &mut rest[0];
+            for richer in before.iter().filter(|richer| richer.evidence.mobility.contains(&this.evidence.mobility)) {
+                let charge = richer.charge + (this.by_noise - richer.by_noise).max(0.0);
+                if charge < this.charge || this.charge.is_nan() {
+                    (this.charge, this.by_step_from) = (charge, Some(richer.name));
                 }
             }
         }
         let mut best: BTreeMap<&str, Candidate<'_>> = BTreeMap::new();
-        for (name, evidence, charge) in charged {
-            let prior = self.priors.get(name).copied().unwrap_or(1.0);
-            let parameters = evidence.mobility.parameters as f64;
-            let cost =
-                charge + parameters * evidence.observations.max(1.0).ln() + evidence.prior_cost - 2.0 * prior.ln();
-            if cost.is_finite() && best.get(name).is_none_or(|other| cost < other.cost) {
-                best.insert(name, Candidate { name, evidence, charge, cost });
+        for mut candidate in charged {
+            let Candidate { name, evidence, charge, .. } = candidate;
+            candidate.cost = charge + price(&evidence) + evidence.prior_cost + self.prior_cost(name);
+            if candidate.cost.is_finite() && best.get(name).is_none_or(|other| candidate.cost < other.cost) {
+                best.insert(name, candidate);
             }
         }
         best.into_values().collect()
     }
 
+    fn prior(&self, name: &str) -> f64 {
+        self.priors.get(name).copied().unwrap_or(1.0)
+    }
+
+    fn prior_cost(&self, name: &str) -> f64 {
+        // Taken from 0, so that a prior of 1 costs 0 without a sign.
+        0.0 - 2.0 * self.prior(name).ln()
+    }
+
+    /// Cost of every joint above that of the likeliest, in units of -2 log likelihood.
+    pub(crate) fn costs(&self, findings: &Findings) -> BTreeMap<String, f64> {
+        let candidates = self.candidates(findings);
+        let least = candidates.iter().map(|c| c.cost).fold(f64::INFINITY, f64::min);
+        candidates.into_iter().map(|c| (c.name.to_owned(), c.cost - least)).collect()
+    }
+
     /// Why the evidence does not decide.
     fn doubts(&self, best: &Candidate<'_>, candidates: &[Candidate<'_>]) -> Vec<String> {
         let mut doubts = Vec::new();
-        let lead = |other: &Candidate<'_>| {
-            // A joint that can do more fits always; it is a rival only where it is nearly as simple.
-            let mobility = other.evidence.mobility;
-            let free = mobility.turns == 3 && mobility.slides == 3;
-            let richer = mobility.contains(&best.evidence.mobility) && !free;
-            if richer { self.lead_over_richer } else { self.lead }
-        };
-        let rivals = candidates.iter().filter(|c| c.name != best.name && c.cost - best.cost < lead(c));
+        let rivals = candidates.iter().filter(|c| c.name != best.name && c.cost - best.cost < self.lead_over(best, c));
         let mut rivals: Vec<&Candidate<'_>> = rivals.collect();
         rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         if !rivals.is_empty() {
@@ -203,30 +209,141 @@ impl Likelihood {
         doubts
     }
 
+    /// The lead over another joint that decides. A joint that can do more fits always; it is a rival only where it is
+    /// nearly as simple.
+    fn lead_over(&self, best: &Candidate<'_>, other: &Candidate<'_>) -> f64 {
+        if is_richer(other, best) { self.lead_over_richer } else { self.lead }
+    }
+
     /// All joints equally likely; named after the last, which explains everything.
     pub fn ignorance(&self) -> Verdict {
-        let share = 1.0 / self.names.len() as f64;
         let free = self.names.iter().find(|name| ["disconnected", "free"].contains(&name.as_str()));
-        Verdict {
-            joint: free.unwrap_or(&self.names[self.names.len() - 1]).clone(),
-            confidence: share,
-            confidences: self.names.iter().map(|name| (name.clone(), share)).collect(),
-            doubts: Vec::new(),
-            richer: None,
-            cost: None,
+        Verdict::ignorance(self.names.clone(), free.unwrap_or(&self.names[self.names.len() - 1]))
+    }
+
+    /// The arithmetic of [`apply`](Self::apply).
+    pub fn explain(&self, findings: &Findings) -> Explanation {
+        let verdict = self.apply(findings);
+        let candidates = self.candidates(findings);
+        let account = |(joint, confidence): &(String, f64)| match candidates.iter().find(|c| c.name == joint) {
+            Some(candidate) => self.account(candidate, *confidence, &verdict),
+            None => Account::silent(joint, QUANTITIES.len(), "the model gave no evidence"),
+        };
+        let accounts = verdict.confidences.iter().map(account).collect();
+        let reasons = self.reasons(&verdict, &candidates);
+        Explanation {
+            rule: RuleKind::Likelihood,
+            quantities: QUANTITIES.to_vec(),
+            accounts,
+            reasons,
+            by_evidence: None,
         }
     }
+
+    fn account(&self, candidate: &Candidate<'_>, confidence: f64, verdict: &Verdict) -> Account {
+        let Candidate { name, evidence, by_noise, charge, by_step_from, cost } = candidate;
+        let departure = evidence.departure;
+        let (k, ln_n) = (evidence.mobility.parameters as f64, evidence.observations.max(1.0).ln());
+        let values = [
+            Some(evidence.chi_squared),
+            Some(evidence.freedom),
+            Some(evidence.configuration_cost),
+            Some(evidence.correlation_time),
+            Some(evidence.noise_cost()),
+            Some(*by_noise),
+            departure.map(|departure| departure.squared),
+            departure.map(|departure| departure.per_noise),
+            departure.map(|departure| departure.adequate),
+            Some(*charge),
+            Some(k),
+            Some(ln_n),
+            Some(price(evidence)),
+            Some(evidence.prior_cost),
+            Some(self.prior_cost(name)),
+            Some(*cost),
+            Some(confidence),
+        ];
+        let least = verdict.cost.unwrap_or(*cost);
+        let step = by_step_from.map_or_else(String::new, |richer| format!(" (by the step from {richer})"));
+        let arithmetic = format!(
+            "cost {} = charge {}{step} + {k} · ln n {} + prior cost {} + prior {}; {} above the least",
+            number(*cost),
+            number(*charge),
+            number(ln_n),
+            number(evidence.prior_cost),
+            number(self.prior_cost(name)),
+            number(cost - least),
+        );
+        Account { joint: (*name).to_owned(), values: values.to_vec(), arithmetic }
+    }
+
+    fn reasons(&self, verdict: &Verdict, candidates: &[Candidate<'_>]) -> Vec<String> {
+        let Some(best) = candidates.iter().find(|candidate| candidate.name == verdict.joint) else {
+            return vec!["no model states evidence for this pair: every joint is equally likely".into()];
+        };
+        let mut reasons = vec![format!("{} costs least, {}", best.name, number(best.cost))];
+        let mut others: Vec<&Candidate<'_>> = candidates.iter().filter(|c| c.name != best.name).collect();
+        others.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let compared = others.into_iter().map(|other| {
+            let (more, lead) = (other.cost - best.cost, self.lead_over(best, other));
+            let (name, more) = (other.name, number(more));
+            let richer = if is_richer(other, best) { ", which can do more," } else { "" };
+            let judged = if other.cost - best.cost < lead { "less than" } else { "at least" };
+            format!("{name}{richer} costs {more} more, {judged} the lead of {} that decides", number(lead))
+        });
+        reasons.extend(compared);
+        reasons.extend(verdict.doubts.iter().cloned());
+        reasons
+    }
+}
+
+/// The steps of the arithmetic.
+const QUANTITIES: [Quantity; 17] = {
+    const fn quantity(name: &'static str, meaning: &'static str) -> Quantity {
+        Quantity { name, meaning }
+    }
+    [
+        quantity("chi_squared", "weighted sum of squared residuals"),
+        quantity("freedom", "what chi_squared is by chance"),
+        quantity("configuration_cost", "price of the joint's positions over time"),
+        quantity("correlation_time", "frames that count as one because noise drifts"),
+        quantity("noise_cost", "(chi_squared + configuration_cost) / correlation_time"),
+        quantity("by_noise", "X: noise_cost, or less if a joint that it contains has less, above the least of all"),
+        quantity("departure", "Y: squared misfit in standard deviations of play"),
+        quantity(
+            "per_noise",
+            "what a misfit costs by noise over what it costs by play; Y counts as X / per_noise at least",
+        ),
+        quantity("adequate", "departure beyond which the joint is not the right one"),
+        quantity(
+            "charge",
+            "X Y' / (X + Y') with Y' = Y (1 + Y / 60), or X of ideal joints; at most a richer joint's and the step from it",
+        ),
+        quantity("parameters", "k"),
+        quantity("ln_observations", "ln n"),
+        quantity("parameter_cost", "k ln n"),
+        quantity("prior_cost", "price of what is unlikely beforehand"),
+        quantity("prior", "-2 ln of the prior"),
+        quantity("cost", "J = charge + parameter_cost + prior_cost + prior"),
+        quantity("confidence", "exp(-(J - least J) / 2 T), divided by the sum over all joints"),
+    ]
+};
+
+/// The price of parameters.
+fn price(evidence: &Evidence) -> f64 {
+    evidence.mobility.parameters as f64 * evidence.observations.max(1.0).ln()
+}
+
+/// Whether a joint can do more than another, and is not free motion.
+fn is_richer(other: &Candidate<'_>, than: &Candidate<'_>) -> bool {
+    let mobility = other.evidence.mobility;
+    mobility.contains(&than.evidence.mobility) && !(mobility.turns == 3 && mobility.slides == 3)
 }
 
 /// A joint that can do more than the verdict's and that the data show beyond noise and play.
 fn richer<'c>(best: &Candidate<'_>, candidates: &[Candidate<'c>]) -> Option<&'c str> {
     /// Charge that it must save.
     const WORTH_TELLING: f64 = 3.0;
-    let more = candidates.iter().filter(|c| {
-        let mobility = c.evidence.mobility;
-        mobility.contains(&best.evidence.mobility)
-            && !(mobility.turns == 3 && mobility.slides == 3)
-            && best.charge - c.charge > WORTH_TELLING
-    });
+    let more = candidates.iter().filter(|c| is_richer(c, best) && best.charge - c.charge > WORTH_TELLING);
     more.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(|candidate| candidate.name)
 }

@@ -1,5 +1,7 @@
 //! What a rule concludes.
 
+use crate::RuleError;
+
 /// The conclusion about one pair of bodies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
@@ -15,6 +17,8 @@ pub struct Verdict {
     pub richer: Option<String>,
     /// Cost of the joint in units of -2 log likelihood, from rules that compare evidence.
     pub cost: Option<f64>,
+    /// Why the rule has no verdict, if it has none; all joints are then equally likely.
+    pub fault: Option<RuleError>,
 }
 
 impl Verdict {
@@ -26,6 +30,28 @@ impl Verdict {
         let close = ranked.get(1).filter(|(_, next)| confidence - next < margin);
         let doubts =
             close.map(|(rival, next)| format!("{rival} ({next:.3}) is nearly as likely as {joint} ({confidence:.3})"));
-        Self { joint, confidence, doubts: doubts.into_iter().collect(), confidences, richer: None, cost: None }
+        Self {
+            joint,
+            confidence,
+            doubts: doubts.into_iter().collect(),
+            confidences,
+            richer: None,
+            cost: None,
+            fault: None,
+        }
+    }
+
+    /// All joints equally likely; `named` is the verdict.
+    pub(crate) fn ignorance(joints: Vec<String>, named: &str) -> Self {
+        let share = 1.0 / joints.len() as f64;
+        Self {
+            joint: named.to_owned(),
+            confidence: share,
+            confidences: joints.into_iter().map(|joint| (joint, share)).collect(),
+            doubts: Vec::new(),
+            richer: None,
+            cost: None,
+            fault: None,
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The cascade for any number of models and any confidences.
 
 use jointscope_models::Confidence;
-use jointscope_scoring::{Cascade, Finding, Findings, Rule, RuleKind, ScoringSettings, Verdict};
+use jointscope_scoring::{Announcement, Cascade, Finding, Findings, Rule, RuleKind, ScoringSettings, Verdict};
 use proptest::{prelude::*, test_runner::RngSeed};
 
 /// Departure of the sum of all shares from 1: rounding of one product per model, of which there are at most
@@ -130,8 +130,9 @@ proptest! {
     ) {
         let order = (0..says.len()).map(name).collect();
         let settings = ScoringSettings { rule: RuleKind::Cascade, order, ..ScoringSettings::default() };
-        let rule = Rule::new(&settings, &given.iter().map(String::as_str).collect::<Vec<_>>()).expect("all models");
+        let announced = |name| Announcement { name, parts: &[], states_evidence: false };
+        let rule = Rule::new(&settings, &given.iter().map(|name| announced(name)).collect::<Vec<_>>()).expect("all models");
         let findings = says.iter().enumerate().map(|(i, c)| (name(i), sure(*c))).collect();
-        prop_assert_eq!(rule.apply(&findings), judged(&says));
+        prop_assert_eq!(rule.apply(&findings).expect("a verdict"), judged(&says));
     }
 }

@@ -1,7 +1,7 @@
 //! The rule that compares evidence, on evidence made by hand.
 
 use jointscope_models::{Confidence, Departure, Evidence, Mobility};
-use jointscope_scoring::{Finding, Findings, Likelihood, Rule, RuleKind, ScoringSettings, Verdict};
+use jointscope_scoring::{Announcement, Finding, Findings, Likelihood, Rule, RuleKind, ScoringSettings, Verdict};
 use proptest::{prelude::*, test_runner::RngSeed};
 
 /// Rounding of logarithms and exponentials of costs of some hundreds, as a share of their difference or of 1.
@@ -43,7 +43,7 @@ fn play(mobility: Mobility, cost: f64, squared: f64) -> Evidence {
 fn findings(says: &[(&str, Evidence)]) -> Findings {
     let mut findings = Findings::new();
     for (name, evidence) in says {
-        let silent = || Finding { confidence: Confidence::ONE, evidence: Vec::new() };
+        let silent = || Finding::from(Confidence::ONE);
         findings.entry((*name).to_owned()).or_insert_with(silent).evidence.push(*evidence);
     }
     findings
@@ -329,8 +329,9 @@ fn bad_priors_are_refused_by_their_key() {
     }
     assert_eq!(Likelihood::new(&ScoringSettings::default(), &[]).expect_err("refused").key, "rule");
     assert_eq!(ScoringSettings::default().rule, RuleKind::Likelihood);
-    let rule = Rule::new(&ScoringSettings::default(), &["hinge"]).expect("a rule");
-    let verdict = rule.apply(&findings(&[("hinge", noise(HINGE, 1e9))]));
+    let hinge = Announcement { name: "hinge", parts: &[], states_evidence: true };
+    let rule = Rule::new(&ScoringSettings::default(), &[hinge]).expect("a rule");
+    let verdict = rule.apply(&findings(&[("hinge", noise(HINGE, 1e9))])).expect("a verdict");
     assert_eq!((verdict.joint.as_str(), verdict.confidence), ("hinge", 1.0));
 }
 
@@ -399,7 +400,7 @@ proptest! {
         let priors = names.iter().cloned().zip(weights).collect();
         let settings = ScoringSettings { priors, temperature, ..ScoringSettings::default() };
         let rule = Likelihood::new(&settings, &names.iter().map(String::as_str).collect::<Vec<_>>()).expect("a rule");
-        let finding = |evidence: &Vec<Evidence>| Finding { confidence: Confidence::ONE, evidence: evidence.clone() };
+        let finding = |evidence: &Vec<Evidence>| Finding { evidence: evidence.clone(), ..Confidence::ONE.into() };
         let verdict = rule.apply(&names.iter().cloned().zip(all.iter().map(finding)).collect());
 
         prop_assert_eq!(verdict.confidences.len(), all.len());
@@ -422,7 +423,7 @@ proptest! {
         let say = |shift: f64| {
             let one = |(name, (mobility, cost, squared)): (&String, &(Mobility, f64, f64))| {
                 let evidence = Evidence { configuration_cost: shift, ..play(*mobility, *cost, *squared) };
-                (name.clone(), Finding { confidence: Confidence::ONE, evidence: vec![evidence] })
+                (name.clone(), Finding { evidence: vec![evidence], ..Confidence::ONE.into() })
             };
             names.iter().zip(&all).map(one).collect::<Findings>()
         };

@@ -1,9 +1,13 @@
 //! The commands, one file each.
 
+pub(crate) mod check;
 pub(crate) mod evaluate;
+mod explain;
+pub(crate) mod init;
 pub(crate) mod models;
 pub(crate) mod reproduce;
 pub(crate) mod run;
+pub(crate) mod schema;
 pub(crate) mod simulate;
 
 use std::ops::Range;

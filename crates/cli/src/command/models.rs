@@ -18,10 +18,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let catalog = catalog()?;
     let Some(name) = &arguments.name else {
         let mut table = Table::new();
-        table.load_style(presets::NOTHING).set_header(["model", "from", "what it looks for"]);
+        table.load_style(presets::NOTHING).set_header(["model", "states", "from", "what it looks for"]);
         for plugin in catalog.iter() {
             let from = format!("{} {}", plugin.origin.package, plugin.origin.version);
-            table.add_row([plugin.name, from.as_str(), plugin.summary]);
+            table.add_row([plugin.name, kind_of_evidence(plugin), from.as_str(), plugin.summary]);
         }
         return output::print(&trimmed(&table));
     };
@@ -33,13 +33,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::print(&explanation(plugin))
 }
 
+/// What rules can use of a model.
+fn kind_of_evidence(plugin: &JointModelPlugin) -> &'static str {
+    if plugin.default_model().states_evidence() { "evidence" } else { "confidence" }
+}
+
 fn explanation(plugin: &JointModelPlugin) -> String {
     let schema = plugin.schema();
     let description = schema.get("description").and_then(|text| text.as_str()).unwrap_or(plugin.summary);
     let mut text = format!(
-        "{}: {}\nfrom {} {}\n\n{description}\n",
+        "{}: {}\nfrom {} {}\n\n{description}\n\n",
         plugin.name, plugin.summary, plugin.origin.package, plugin.origin.version
     );
+    text += match kind_of_evidence(plugin) {
+        "evidence" => {
+            "States evidence: works with the rules \"likelihood\" and \"expressions\", and with \"cascade\".\n"
+        }
+        _ => "States a confidence only: works with the rules \"cascade\" and \"expressions\".\n",
+    };
+    let parts = plugin.default_model().parts();
+    if !parts.is_empty() {
+        text.extend([format!("Parts, for expressions such as NAME.{}: {}.\n", parts[0], parts.join(", "))]);
+    }
     let settings = settings::describe(&schema, &plugin.default_settings());
     if settings.is_empty() {
         return text + "\nThere are no settings.\n";

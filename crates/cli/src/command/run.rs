@@ -1,6 +1,7 @@
 //! `run`: from a recording to joints.
 
 use std::{
+    collections::BTreeSet,
     fmt::Display,
     fs,
     io::ErrorKind,
@@ -16,10 +17,10 @@ use jointscope_detection::{Configuration, Detection, DetectionError, Detector, R
 use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
 use jointscope_recordings::{ReadOptions, RecordingError};
-use jointscope_report::{to_json, to_table};
+use jointscope_report::{to_explanation, to_json, to_table};
 use jointscope_scenes::{SceneError, SceneOptions, simulate};
 
-use super::{catalog, too_fast, unknown_scene};
+use super::{catalog, explain, too_fast, unknown_scene};
 use crate::{failure::Failure, output, place};
 
 /// Find the joints between the bodies of a recording
@@ -40,6 +41,9 @@ pub(crate) struct Arguments {
     /// What is printed
     #[arg(long, value_enum, default_value_t = Printed::Table)]
     format: Printed,
+    /// Explain the verdict about a pair, "REFERENCE,MOVING", step by step; may be given several times
+    #[arg(long, value_name = "PAIR")]
+    explain: Vec<String>,
     /// Number of threads, up to 1024; 0 means all cores
     #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(..=1024))]
@@ -63,6 +67,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let recording = with_world(obtain(&settings, arguments, &file)?, &settings, &file)?;
     let pairs = settings.pairs.as_deref();
     Detector::check(&recording, pairs).map_err(|error| refused(&error, &file))?;
+    let named = Detector::pairs(&recording, pairs).map_err(|error| refused(&error, &file))?;
+    let explained = arguments.explain.iter().map(|pair| explain::find(pair, &named));
+    let explained = explained.collect::<Result<BTreeSet<usize>, _>>()?;
     if let Some(folder) = &arguments.out {
         // Found out now, before the work.
         output::make_folder(folder)?;
@@ -70,26 +77,31 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let threads = usize::from(arguments.threads);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::usage)?;
     let detector = Detector::new(configuration);
-    let detection = pool
+    let mut detection = pool
         .install(|| detect(&detector, recording, pairs, arguments.quiet))
         .map_err(|error| refused(&error, &file))?;
+    for &index in &explained {
+        detection.pairs[index].explanation = Some(detector.explain(&detection.pairs[index]));
+    }
     if let Some(folder) = &arguments.out {
         output::write_files(&[(&folder.join("detection.json"), to_json(&detection).as_bytes())])?;
     }
     output::print(&match arguments.format {
-        Printed::Table => to_table(&detection),
+        Printed::Table => explained
+            .iter()
+            .fold(to_table(&detection), |text, &index| text + "\n" + &to_explanation(&detection.pairs[index])),
         Printed::Json => to_json(&detection),
     })
 }
 
 /// A configuration's file, for errors that point into it.
-struct ConfigurationFile<'a> {
-    path: &'a Path,
+pub(super) struct ConfigurationFile<'a> {
+    pub(super) path: &'a Path,
     text: String,
 }
 
 impl ConfigurationFile<'_> {
-    fn failure(&self, error: SettingsError) -> Failure {
+    pub(super) fn failure(&self, error: SettingsError) -> Failure {
         Failure::configuration(self.path, &self.text, error)
     }
 
@@ -101,7 +113,7 @@ impl ConfigurationFile<'_> {
 }
 
 /// Reads and checks a configuration.
-fn read_configuration(path: &Path) -> Result<(ConfigurationFile<'_>, Configuration), Failure> {
+pub(super) fn read_configuration(path: &Path) -> Result<(ConfigurationFile<'_>, Configuration), Failure> {
     let bytes = fs::read(path).map_err(|error| {
         let advice = match error.kind() {
             ErrorKind::IsADirectory => "name a file in it",
@@ -165,7 +177,7 @@ fn unread(error: RecordingError) -> Failure {
 }
 
 /// A word of the configuration that stands for something.
-fn word<T: FromStr<Err: Display>>(
+pub(super) fn word<T: FromStr<Err: Display>>(
     word: Option<&Spanned<String>>,
     file: &ConfigurationFile<'_>,
 ) -> Result<Option<T>, Failure> {
@@ -216,6 +228,11 @@ fn refused(error: &DetectionError, file: &ConfigurationFile<'_>) -> Failure {
         }
         DetectionError::PairOfOne { name } => {
             file.wrong("pairs", name, error.to_string(), "name two bodies, the reference first")
+        }
+        DetectionError::Rule { reference, moving, error } => {
+            let error = jointscope_detection::place::in_text(&file.text, (**error).clone());
+            let message = format!("{reference} - {moving}: {}", error.message);
+            file.failure(SettingsError { message, ..error })
         }
         _ => Failure::usage(error),
     }

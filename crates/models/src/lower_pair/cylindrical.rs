@@ -10,6 +10,10 @@ use crate::{FitError, JointFit, JointModel, joint_model};
 
 /// Cylindrical joint: rotation about a fixed axis and translation along it, independent of each other.
 ///
+/// `L_t = g h(q_t, s_t) g⁻¹ L_0` with `h(q, s) = Rz(q) Tz(s)`; `g` places the axis, `L_0` the moving body.
+///
+/// Convention: positions are turn and slide, radians and metres, 0 at the first frame; there is no pitch.
+///
 /// The path of a single point cannot tell it from other motions on a surface; such bodies are not judged.
 ///
 /// References: docs/method.md, "Mechanisms".

@@ -14,6 +14,10 @@ use crate::{Confidence, Departure, Evidence, FitError, Joint, JointFit, JointMod
 
 /// Free motion: the bodies are not connected; in results it is usually named `disconnected`.
 ///
+/// `L_t` is any pose, with six positions per frame.
+///
+/// Convention: there is neither an axis nor a position.
+///
 /// Explains everything, at the price of six positions that spread; any joint that explains the motion nearly as well
 /// costs less.
 ///

@@ -70,6 +70,8 @@ pub fn judge(mechanism: &dyn Mechanism, motion: &RelativeMotion<'_>) -> Result<J
         .with_part("departure", judged.evidence.departure.map_or(0.0, |departure| departure.squared))
         .with_part("chi_squared_per_freedom", judged.evidence.chi_squared_per_freedom())
         .with_residual(residual_rms(series, fitted));
+    let constants = mechanism.constant_names().iter().zip(&fitted.placement.constants);
+    result.parts.extend(constants.map(|(name, value)| (*name, *value)));
     result.axis_in_moving = moving_axis;
     result.axis_uncertainty = uncertainty(mechanism, &judged, series, result.joint.axis.as_ref());
     result.evidence = Some(judged.evidence);

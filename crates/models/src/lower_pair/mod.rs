@@ -75,6 +75,18 @@ use std::fmt::Debug;
 use jointscope_motion::{Pose, PoseSeries, twist::Twist};
 use nalgebra::{Vector2, Vector3};
 
+/// Names of the parts of fits: of [`judge`], and of the paths of single points.
+pub const PARTS: [&str; 8] = [
+    "misfit_distance",
+    "misfit_angle",
+    "sweep",
+    "departure",
+    "chi_squared_per_freedom",
+    "leap_share",
+    "bend",
+    "radius",
+];
+
 /// What of a joint's coordinates has a meaning; the joint's z axis is its axis or normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Geometry {
@@ -119,6 +131,11 @@ pub trait Mechanism: Debug {
     /// Where told, a constant that the data hardly determine costs less than a parameter.
     fn usual_constant(&self, _radius: f64) -> Option<f64> {
         None
+    }
+
+    /// Names under which [`judge`] gives the constants as parts; none are given if left out.
+    fn constant_names(&self) -> &'static [&'static str] {
+        &[]
     }
 
     /// What of the joint's coordinates has a meaning.

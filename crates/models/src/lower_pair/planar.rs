@@ -10,6 +10,12 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Planar joint: translation in a plane and rotation about its normal.
 ///
+/// `L_t = g h(q_t, x_t, y_t) g⁻¹ L_0` with `h(q, x, y) = Tx(x) Ty(y) Rz(q)`; `g` places the plane, `L_0` the moving
+/// body.
+///
+/// Convention: positions are the turn about the normal, radians, and the way of the moving body's centre in the
+/// plane, metres, 0 at the first frame; the axis is the normal through the moving body.
+///
 /// Bodies that show one point: the point stays in a plane.
 ///
 /// References: docs/method.md, "Mechanisms".

@@ -10,6 +10,11 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Prismatic joint: translation along a line that is fixed in both bodies, without any turn.
 ///
+/// `L_t = g h(q_t) g⁻¹ L_0` with `h(q) = Tz(q)`; `g` places the line, `L_0` the moving body.
+///
+/// Convention: positions in metres, 0 at the first frame, the farthest positive; the point is the moving body's
+/// centroid there, and the direction has no pitch.
+///
 /// Rails are not quite straight. A slide is therefore also judged as an arc that turns by θ over its travel, at a
 /// price of `(θ/bend)² + 2 ln(1.25 bend/180°) + 2 ln min(1, θ/sweep)`, and takes the better of the two evidences: what
 /// distinguishes it from a hinge is how far it turns. The last term is for hinges, which lie near their bodies and

@@ -10,6 +10,11 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Revolute joint: rotation about an axis that is fixed in both bodies.
 ///
+/// `L_t = g h(q_t) g⁻¹ L_0` with `h(q) = Rz(q)`; `g` places the axis, `L_0` the moving body.
+///
+/// Convention: positions in radians, unwrapped, 0 at the first frame, the farthest positive by the right-hand rule;
+/// the point of the axis is the one nearest to the moving body; pitch 0.
+///
 /// Bodies that show one point: the point runs on a circle. Joints lie near their bodies: an arc that turns by little is
 /// as likely a slide on a bent rail, and sweeps below `sweep` cost `-2 ln(θ/sweep)`.
 ///

@@ -10,6 +10,10 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Rigid connection: one body keeps its place on the other.
 ///
+/// `L_t = L_0`, the constant pose of the moving body in the reference.
+///
+/// Convention: there is neither an axis nor a position.
+///
 /// Parameters: the six of the constant pose. Bodies that show one point: the point rests.
 ///
 /// References: docs/method.md, "Mechanisms".

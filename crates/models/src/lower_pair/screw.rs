@@ -10,6 +10,12 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Screw joint: rotation about a fixed axis with a proportional translation along it.
 ///
+/// `L_t = g h(q_t) g⁻¹ L_0` with `h(q) = Rz(q) Tz(p q)`; `g` places the axis, `L_0` the moving body, `p` is the
+/// pitch.
+///
+/// Convention: positions in radians, unwrapped, 0 at the first frame; pitch in metres per radian, positive for a
+/// right-hand thread.
+///
 /// Bodies that show one point: the point runs on a helix; sweeps below `sweep` cost what they cost a revolute joint.
 ///
 /// References: docs/method.md, "Mechanisms".

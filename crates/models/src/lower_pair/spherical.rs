@@ -13,6 +13,11 @@ use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Spherical joint: any rotation about a point that is fixed in both bodies.
 ///
+/// `L_t = g h(q_t) g⁻¹ L_0` with `h(q)` any rotation; `g` places the centre, `L_0` the moving body.
+///
+/// Convention: positions are rotation vectors in the axes of the reference, radians; the axis's point is the centre,
+/// and there is no direction.
+///
 /// Joints lie near their bodies: where the body swings by less than `sweep` about the point, that costs
 /// `-2 ln(θ/sweep)`. Bodies that show one point: the point stays on a sphere, likewise.
 ///

@@ -11,6 +11,10 @@ use crate::{FitError, JointFit, JointModel, joint_model};
 /// Universal joint (Cardan, Hooke): rotation about an axis fixed in the reference, then about one that is
 /// perpendicular to it, meets it, and is fixed in the moving body.
 ///
+/// `L_t = g h(q_t) g⁻¹ L_0` with `h(a, b) = Rz(a) Rx(b)`; `g` places the centre and the axes, `L_0` the moving body.
+///
+/// Convention: positions are the two turns, radians; the axis's point is the centre, and there is no direction.
+///
 /// Its motions form no group: it is a mechanism between a revolute and a spherical joint. The path of a single point
 /// cannot tell it; such bodies are not judged.
 ///

@@ -140,6 +140,10 @@ impl JointModel for ThesisPrismatic {
         }
         Ok(fit)
     }
+
+    fn parts(&self) -> &'static [&'static str] {
+        &["cylinder_fit", "lines_equal", "mean_relative_length", "length"]
+    }
 }
 
 impl ThesisPrismatic {

@@ -148,6 +148,10 @@ impl JointModel for ThesisRevolute {
         fit.residual_rms = residual;
         Ok(fit)
     }
+
+    fn parts(&self) -> &'static [&'static str] {
+        &["circle_fit", "occupied_angle", "occupied_degrees", "axis_fit"]
+    }
 }
 
 /// The line through the centres of circles.

@@ -79,6 +79,10 @@ impl JointModel for ThesisRigid {
             .with_part("distance_relative", lengths.relative)
             .with_residual((sum / samples as f64).sqrt()))
     }
+
+    fn parts(&self) -> &'static [&'static str] {
+        &["motion_ratio", "distance_reference", "distance_moving", "distance_relative"]
+    }
 }
 
 impl ThesisRigid {
