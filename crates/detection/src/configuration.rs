@@ -29,7 +29,7 @@ const DEFAULT_MODELS: &str = "
 ";
 
 /// The tables of a configuration.
-const TABLES: [&str; 4] = ["recording", "motion", "models", "scoring"];
+const TABLES: [&str; 5] = ["recording", "motion", "models", "scoring", "output"];
 
 /// Everything that decides how a recording is read and judged.
 #[derive(Debug)]
@@ -42,6 +42,8 @@ pub struct Configuration {
     pub models: Vec<NamedModel>,
     /// The rule that judges.
     pub rule: Rule,
+    /// What is written.
+    pub output: OutputSettings,
 }
 
 /// A joint model under the name that rules and results use.
@@ -84,6 +86,25 @@ pub struct RecordingSettings {
     pub frames: Option<usize>,
 }
 
+/// What is written of the result. Writing it is the program's task.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct OutputSettings {
+    /// The body from which the mechanism is seen, the root of robot descriptions; if left out, one at rest, or the one
+    /// with most joints.
+    pub base: Option<String>,
+    /// Whether `--out` writes report.html, a page with everything in pictures.
+    pub html: bool,
+    /// Whether `--out` writes report.svg, and pair-1.svg and so on.
+    pub svg: bool,
+    /// Whether `--out` writes mechanism.urdf.
+    pub urdf: bool,
+    /// Whether `--out` writes mechanism.xml, for MuJoCo.
+    pub mjcf: bool,
+    /// Whether `--out` writes recording.mcap, for viewers of robots' logs; in programs built with the feature `mcap`.
+    pub mcap: bool,
+}
+
 impl Configuration {
     /// Reads a configuration.
     ///
@@ -100,6 +121,7 @@ impl Configuration {
         let mut recording: RecordingSettings = table(&mut root, "recording")?;
         check_recording(&recording, &spans)?;
         let motion = table(&mut root, "motion")?;
+        let output = table(&mut root, "output")?;
         if recording.pairs.as_ref().is_some_and(Vec::is_empty) {
             recording.pairs = None;
         }
@@ -133,7 +155,7 @@ impl Configuration {
             let span = at.map_or(beginning(text), |(_, span)| span.clone());
             SettingsError::at(span, error.message).help(error.help)
         })?;
-        Ok(Self { recording, motion, models, rule })
+        Ok(Self { recording, motion, models, rule, output })
     }
 }
 

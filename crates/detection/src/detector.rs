@@ -10,7 +10,7 @@ use jointscope_motion::{
 use jointscope_scoring::{Finding, Findings, Rule, Verdict};
 use rayon::prelude::*;
 
-use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection};
+use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, Structure};
 
 /// Name of the body at rest that a recording of one body is analysed against.
 const WORLD: &str = "world";
@@ -167,11 +167,14 @@ impl Detector {
         watch: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Detection, DetectionError> {
         let pairs = chosen(&recording, pairs)?;
+        self.check_base(&recording)?;
         let recording = match recording.bodies() {
             [_] => recording.with_world(WORLD).map_err(DetectionError::World)?,
             _ => recording,
         };
         let bodies = recording.bodies();
+        let base = self.configuration.output.base.as_ref();
+        let base = base.and_then(|name| bodies.iter().position(|body| body.name() == name));
         let settings = &self.configuration.motion;
         let watched = |body| Watched::of(BodyMotion::of(body, settings), body, recording.frame_numbers());
         let watched: Vec<Watched<'_>> = bodies.par_iter().map(watched).collect();
@@ -181,11 +184,16 @@ impl Detector {
             watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
             judged
         };
+        let poses: Vec<_> = watched.iter().map(|body| body.motion.likely_poses().to_vec()).collect();
+        let judged: Vec<PairDetection> = pairs.par_iter().map(judge).collect();
+        let structure = Structure::of(bodies, &poses, &judged, base);
         Ok(Detection {
             bodies: bodies.iter().map(|body| body.name().to_owned()).collect(),
             frames: recording.frames(),
             duration: recording.duration(),
-            pairs: pairs.par_iter().map(judge).collect(),
+            pairs: judged,
+            poses,
+            structure,
         })
     }
 
@@ -195,6 +203,20 @@ impl Detector {
     /// As [`Detector::detect`].
     pub fn check(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<(), DetectionError> {
         chosen(recording, pairs).map(drop)
+    }
+
+    /// Refuses a recording without the body that the configuration names as base.
+    ///
+    /// # Errors
+    /// [`DetectionError::UnknownBase`].
+    pub fn check_base(&self, recording: &Recording) -> Result<(), DetectionError> {
+        let Some(base) = &self.configuration.output.base else { return Ok(()) };
+        let known = names_of(recording);
+        if known.contains(&base.as_str()) {
+            return Ok(());
+        }
+        let known = known.iter().map(ToString::to_string).collect();
+        Err(DetectionError::UnknownBase { name: base.clone(), known })
     }
 
     /// Judges one pair.
@@ -433,17 +455,23 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
 
 /// The pairs asked for, or all; the world, where there will be one, counts as the first body.
 fn chosen(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<Vec<Pair>, DetectionError> {
-    let mut names: Vec<&str> = recording.bodies().iter().map(Body::name).collect();
-    if let [only] = names[..] {
-        if only == WORLD {
-            return Err(DetectionError::World(MotionError::DuplicateName { body: only.into() }));
-        }
-        names.insert(0, WORLD);
+    let names = names_of(recording);
+    if let [WORLD, WORLD] = names[..] {
+        return Err(DetectionError::World(MotionError::DuplicateName { body: WORLD.into() }));
     }
     match pairs {
         Some(pairs) => pairs.iter().map(|pair| find_pair(&names, pair)).collect(),
         None => Ok((0..names.len()).flat_map(|i| (i + 1..names.len()).map(move |j| (i, j))).collect()),
     }
+}
+
+/// The bodies' names, with that of the world where there will be one.
+fn names_of(recording: &Recording) -> Vec<&str> {
+    let mut names: Vec<&str> = recording.bodies().iter().map(Body::name).collect();
+    if names.len() == 1 {
+        names.insert(0, WORLD);
+    }
+    names
 }
 
 fn find_pair(names: &[&str], [reference, moving]: &[String; 2]) -> Result<Pair, DetectionError> {

@@ -20,10 +20,14 @@ mod configuration;
 mod detection;
 mod detector;
 mod error;
+mod kind;
+mod structure;
 
-pub use configuration::{Configuration, NamedModel, RecordingSettings};
+pub use configuration::{Configuration, NamedModel, OutputSettings, RecordingSettings};
 pub use detection::{Detection, ModelFinding, PairDetection};
 pub use detector::Detector;
 pub use error::DetectionError;
+pub use kind::JointKind;
+pub use structure::{Branch, Coupling, Indirect, Structure};
 
 pub use jointscope_models::settings::SettingsError;

@@ -1,9 +1,17 @@
-//! A detection as text: a table for people, JSON for programs.
+//! A detection as text, pictures, pages and robot descriptions: a table for people, JSON for programs.
 
+mod joint_motion;
 mod json;
+mod outlook;
+mod pair_view;
+mod picture;
 mod printable;
+mod report;
 mod table;
+mod words;
 
 pub use json::to_json;
+pub use picture::{pairs_to_svg, to_svg};
 pub use printable::printable;
+pub use report::Report;
 pub use table::to_table;

@@ -12,11 +12,13 @@ use std::{
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use jointscope_detection::{Configuration, Detection, DetectionError, Detector, RecordingSettings, SettingsError};
+use jointscope_detection::{
+    Configuration, Detection, DetectionError, Detector, OutputSettings, RecordingSettings, SettingsError,
+};
 use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
 use jointscope_recordings::{ReadOptions, RecordingError};
-use jointscope_report::{to_json, to_table};
+use jointscope_report::{Report, pairs_to_svg, to_json, to_svg, to_table};
 use jointscope_scenes::{SceneError, SceneOptions, simulate};
 
 use super::{catalog, too_fast, unknown_scene};
@@ -55,6 +57,8 @@ enum Printed {
     Table,
     /// Everything, for programs
     Json,
+    /// A picture of the recording with its joints
+    Svg,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -69,17 +73,36 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let threads = usize::from(arguments.threads);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::usage)?;
+    let wanted = configuration.output.clone();
     let detector = Detector::new(configuration);
+    detector.check_base(&recording).map_err(|error| refused(&error, &file))?;
     let detection = pool
-        .install(|| detect(&detector, recording, pairs, arguments.quiet))
+        .install(|| detect(&detector, recording.clone(), pairs, arguments.quiet))
         .map_err(|error| refused(&error, &file))?;
+    let report = Report { detection: &detection, recording: &recording, settings: &file.text };
     if let Some(folder) = &arguments.out {
-        output::write_files(&[(&folder.join("detection.json"), to_json(&detection).as_bytes())])?;
+        let files = files(&report, &wanted);
+        let paths: Vec<PathBuf> = files.iter().map(|(name, _)| folder.join(name)).collect();
+        let files: Vec<(&Path, &[u8])> =
+            paths.iter().map(PathBuf::as_path).zip(files.iter().map(|(_, content)| content.as_slice())).collect();
+        output::write_files(&files)?;
     }
     output::print(&match arguments.format {
         Printed::Table => to_table(&detection),
         Printed::Json => to_json(&detection),
+        Printed::Svg => to_svg(&report),
     })
+}
+
+/// The files that `--out` writes, by their names.
+fn files(report: &Report<'_>, wanted: &OutputSettings) -> Vec<(String, Vec<u8>)> {
+    let mut files = vec![("detection.json".to_owned(), to_json(report.detection).into_bytes())];
+    if wanted.svg {
+        files.push(("report.svg".into(), to_svg(report).into_bytes()));
+        let pairs = pairs_to_svg(report).into_iter().enumerate();
+        files.extend(pairs.map(|(number, svg)| (format!("pair-{}.svg", number + 1), svg.into_bytes())));
+    }
+    files
 }
 
 /// A configuration's file, for errors that point into it.
@@ -95,7 +118,7 @@ impl ConfigurationFile<'_> {
 
     /// Something wrong with a word under `[recording]`.
     fn wrong(&self, key: &str, word: &str, message: String, help: &str) -> Failure {
-        let place = place::in_recording(&self.text, key, word);
+        let place = place::of_word(&self.text, "recording", key, word);
         self.failure(SettingsError::at(place, message).help(help))
     }
 }
@@ -213,6 +236,13 @@ fn refused(error: &DetectionError, file: &ConfigurationFile<'_>) -> Failure {
             let known: Vec<&str> = known.iter().map(String::as_str).collect();
             let help = settings::unknown("body", name, 0..0, &known).help.unwrap_or_default();
             file.wrong("pairs", name, format!("the recording has no body `{name}`"), &help)
+        }
+        DetectionError::UnknownBase { name, known } => {
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let help = settings::unknown("body", name, 0..0, &known).help.unwrap_or_default();
+            let place = place::of_word(&file.text, "output", "base", name);
+            let message = format!("the recording has no body `{name}` to be the base");
+            file.failure(SettingsError::at(place, message).help(help))
         }
         DetectionError::PairOfOne { name } => {
             file.wrong("pairs", name, error.to_string(), "name two bodies, the reference first")
