@@ -1,5 +1,6 @@
 //! A detection as text, pictures, pages and robot descriptions: a table for people, JSON for programs.
 
+mod html;
 mod joint_motion;
 mod json;
 mod outlook;
@@ -10,6 +11,7 @@ mod report;
 mod table;
 mod words;
 
+pub use html::to_html;
 pub use json::to_json;
 pub use picture::{pairs_to_svg, to_svg};
 pub use printable::printable;

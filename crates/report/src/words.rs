@@ -1,6 +1,6 @@
 //! A joint in a sentence.
 
-use jointscope_detection::{JointKind, PairDetection};
+use jointscope_detection::{Coupling, Detection, Indirect, JointKind, PairDetection};
 use jointscope_models::Positions;
 
 /// What the moving body does, without its name and the reference's: "turns by 81.8 degrees".
@@ -60,4 +60,25 @@ pub(crate) fn metres(length: f64) -> String {
         length if length < 1.0 => format!("{:.0} mm", 1e3 * length),
         length => format!("{length:.2} m"),
     }
+}
+
+/// How a pair beside the tree is explained; `None` where there is nothing to explain: no joints lead from one body to
+/// the other.
+pub(crate) fn follows(detection: &Detection, indirect: &Indirect) -> Option<String> {
+    let name = |pair: &PairDetection| format!("{} - {}", pair.reference, pair.moving);
+    let pair = &detection.pairs[indirect.pair];
+    let way: Vec<String> = indirect.way.iter().map(|&other| name(&detection.pairs[other])).collect();
+    let (last, before) = way.split_last()?;
+    let way = if before.is_empty() { last.clone() } else { format!("{} and {last}", before.join(", ")) };
+    Some(if indirect.closes_loop {
+        format!("{} ({}) closes a loop: it allows less than {way}", name(pair), pair.verdict.joint)
+    } else {
+        format!("{} ({}) follows from {way}", name(pair), pair.verdict.joint)
+    })
+}
+
+/// That two joints moved in proportion.
+pub(crate) fn coupled(detection: &Detection, coupling: &Coupling) -> String {
+    let name = |pair: usize| format!("{} - {}", detection.pairs[pair].reference, detection.pairs[pair].moving);
+    format!("{} moved {:.4} times as {}", name(coupling.pair), coupling.ratio, name(coupling.of))
 }

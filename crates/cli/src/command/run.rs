@@ -18,7 +18,7 @@ use jointscope_detection::{
 use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
 use jointscope_recordings::{ReadOptions, RecordingError};
-use jointscope_report::{Report, pairs_to_svg, to_json, to_svg, to_table};
+use jointscope_report::{Report, pairs_to_svg, to_html, to_json, to_svg, to_table};
 use jointscope_scenes::{SceneError, SceneOptions, simulate};
 
 use super::{catalog, too_fast, unknown_scene};
@@ -57,6 +57,8 @@ enum Printed {
     Table,
     /// Everything, for programs
     Json,
+    /// A page with everything in pictures, for a browser
+    Html,
     /// A picture of the recording with its joints
     Svg,
 }
@@ -90,6 +92,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::print(&match arguments.format {
         Printed::Table => to_table(&detection),
         Printed::Json => to_json(&detection),
+        Printed::Html => to_html(&report),
         Printed::Svg => to_svg(&report),
     })
 }
@@ -97,6 +100,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// The files that `--out` writes, by their names.
 fn files(report: &Report<'_>, wanted: &OutputSettings) -> Vec<(String, Vec<u8>)> {
     let mut files = vec![("detection.json".to_owned(), to_json(report.detection).into_bytes())];
+    if wanted.html {
+        files.push(("report.html".into(), to_html(report).into_bytes()));
+    }
     if wanted.svg {
         files.push(("report.svg".into(), to_svg(report).into_bytes()));
         let pairs = pairs_to_svg(report).into_iter().enumerate();

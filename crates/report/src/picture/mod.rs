@@ -49,6 +49,11 @@ pub fn to_svg(report: &Report<'_>) -> String {
     document([width, 520.0], &svg)
 }
 
+/// The recording with the joints in it, and nothing else.
+pub(crate) fn scene_alone(report: &Report<'_>) -> String {
+    document([640.0, 520.0], &scene::draw(report, [640.0, 520.0]))
+}
+
 /// A picture of every pair, in the order of the detection.
 pub fn pairs_to_svg(report: &Report<'_>) -> Vec<String> {
     let colours = style::colours(report.detection);
