@@ -8,6 +8,7 @@ mod pair_view;
 mod picture;
 mod printable;
 mod report;
+mod robot;
 mod table;
 mod words;
 
@@ -16,4 +17,5 @@ pub use json::to_json;
 pub use picture::{pairs_to_svg, to_svg};
 pub use printable::printable;
 pub use report::Report;
+pub use robot::{to_mjcf, to_urdf};
 pub use table::to_table;

@@ -2,8 +2,6 @@
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use crate::{Report, pair_view::places};
-
 /// A place to look from: recordings do not say what is up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Outlook {
@@ -20,17 +18,12 @@ pub(crate) struct Outlook {
 impl Outlook {
     /// Where all is before the origin along z, as a camera sees it, a little from the side and from above. Else up is
     /// the coordinate, z or y, in which things differ less: rooms are wider than they are high.
-    pub(crate) fn of(report: &Report<'_>) -> Self {
+    pub(crate) fn of<'p>(points: impl Iterator<Item = &'p Point3<f64>>) -> Self {
         /// Samples by which bounds are told, of every coordinate from 1 to 99 %.
         const SHARE: f64 = 0.01;
-        let detection = report.detection;
         let mut columns = [Vec::new(), Vec::new(), Vec::new()];
-        for body in report.recording.bodies() {
-            let index = detection.bodies.iter().position(|name| name == body.name());
-            let poses = index.map_or(&[][..], |index| &detection.poses[index]);
-            for (_, point) in places(body, poses).iter().flatten() {
-                (0..3).for_each(|axis| columns[axis].push(point[axis]));
-            }
+        for point in points {
+            (0..3).for_each(|axis| columns[axis].push(point[axis]));
         }
         if columns[0].is_empty() {
             return Self { centre: Point3::origin(), size: 1.0, up: Vector3::z(), eye: Vector3::new(0.6, -0.7, 0.4) };

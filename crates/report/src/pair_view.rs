@@ -84,11 +84,13 @@ impl PairView {
 
     /// Trajectories thinned to about so many points in all, the longest-lived features first.
     pub(crate) fn thinned(ways: &[Trajectory], most: usize) -> Vec<Trajectory> {
-        /// More lines than this hide each other.
+        /// More lines than this hide each other; with fewer points than that, a turn looks like a polygon.
         const LINES: usize = 16;
+        const SMOOTH: usize = 250;
+        let lines = (most / SMOOTH).clamp(3, LINES);
         let mut order: Vec<usize> = (0..ways.len()).filter(|&way| !ways[way].is_empty()).collect();
         order.sort_by_key(|&way| std::cmp::Reverse(ways[way].len()));
-        let chosen: Vec<usize> = jointscope_motion::evenly(order.len(), LINES).into_iter().map(|k| order[k]).collect();
+        let chosen: Vec<usize> = jointscope_motion::evenly(order.len(), lines).into_iter().map(|k| order[k]).collect();
         let each = (most / chosen.len().max(1)).max(8);
         let thin = |way: &Trajectory| jointscope_motion::evenly(way.len(), each).into_iter().map(|k| way[k]).collect();
         chosen.into_iter().map(|way| thin(&ways[way])).collect()
@@ -123,7 +125,8 @@ pub(crate) fn places(body: &Body, poses: &[Option<Pose>]) -> Vec<Trajectory> {
     }
 }
 
-fn seen_from(viewer: &[Option<Pose>], ways: &[Trajectory]) -> Vec<Trajectory> {
+/// Trajectories in the coordinates of a body with these poses, where it is posed.
+pub(crate) fn seen_from(viewer: &[Option<Pose>], ways: &[Trajectory]) -> Vec<Trajectory> {
     let see = |&(frame, point): &(usize, Point3<f64>)| Some((frame, viewer.get(frame)?.as_ref()?.inverse() * point));
     ways.iter().map(|way| way.iter().filter_map(see).collect()).collect()
 }

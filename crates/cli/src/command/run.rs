@@ -18,7 +18,7 @@ use jointscope_detection::{
 use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
 use jointscope_recordings::{ReadOptions, RecordingError};
-use jointscope_report::{Report, pairs_to_svg, to_html, to_json, to_svg, to_table};
+use jointscope_report::{Report, pairs_to_svg, to_html, to_json, to_mjcf, to_svg, to_table, to_urdf};
 use jointscope_scenes::{SceneError, SceneOptions, simulate};
 
 use super::{catalog, too_fast, unknown_scene};
@@ -61,6 +61,10 @@ enum Printed {
     Html,
     /// A picture of the recording with its joints
     Svg,
+    /// The mechanism as a robot description
+    Urdf,
+    /// The mechanism for MuJoCo
+    Mjcf,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -94,6 +98,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Printed::Json => to_json(&detection),
         Printed::Html => to_html(&report),
         Printed::Svg => to_svg(&report),
+        Printed::Urdf => to_urdf(&report),
+        Printed::Mjcf => to_mjcf(&report),
     })
 }
 
@@ -107,6 +113,12 @@ fn files(report: &Report<'_>, wanted: &OutputSettings) -> Vec<(String, Vec<u8>)>
         files.push(("report.svg".into(), to_svg(report).into_bytes()));
         let pairs = pairs_to_svg(report).into_iter().enumerate();
         files.extend(pairs.map(|(number, svg)| (format!("pair-{}.svg", number + 1), svg.into_bytes())));
+    }
+    if wanted.urdf {
+        files.push(("mechanism.urdf".into(), to_urdf(report).into_bytes()));
+    }
+    if wanted.mjcf {
+        files.push(("mechanism.xml".into(), to_mjcf(report).into_bytes()));
     }
     files
 }

@@ -122,7 +122,7 @@
   renderer.setPixelRatio(Math.min(2, devicePixelRatio));
   const scene = new THREE.Scene();
   const camera = new THREE.PerspectiveCamera(38, 1, data.size * 1e-3, data.size * 60);
-  scene.add(new THREE.HemisphereLight(0xffffff, 0x8890a0, 2.6));
+  scene.add(new THREE.HemisphereLight(0xffffff, 0xb0b6c2, 3.4));
   const lamp = new THREE.DirectionalLight(0xffffff, 1.4);
   scene.add(camera, lamp);
   camera.add(lamp);
@@ -149,6 +149,7 @@
   const posed = (body) => data.bodies[body].poses.some((x) => !Number.isNaN(x));
   let viewer = posed(data.base) ? data.base : -1;
   const viewAt = (at, matrix) => viewer < 0 ? matrix.identity() : poseOf(viewer, at, matrix).invert();
+  const sighted = (at) => viewer < 0 || !Number.isNaN(data.bodies[viewer].poses[7 * at]);
   const place = (body, at, feature, point) => {
     const index = 3 * (at * body.count + feature);
     const { steps, origin, step } = body;
@@ -174,9 +175,11 @@
     pen.strokeText(text, 14, 38);
     pen.fillStyle = colour;
     pen.fillText(text, 14, 38);
-    const material = new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, sizeAttenuation: false });
+    const map = new THREE.CanvasTexture(canvas);
+    map.colorSpace = "srgb";
+    const material = new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false });
     const sprite = new THREE.Sprite(material);
-    sprite.scale.set(0.034 * canvas.width / canvas.height, 0.034, 1);
+    sprite.scale.set(0.026 * canvas.width / canvas.height, 0.026, 1);
     sprite.center.set(0, 0.5);
     sprite.renderOrder = 10;
     scene.add(sprite);
@@ -205,7 +208,7 @@
       for (const feature of chosen) {
         let seen = -9;
         for (let at = 0; at < frames; at += 1) {
-          if (!place(body, at, feature, point)) continue;
+          if (!sighted(at) || !place(body, at, feature, point)) continue;
           point.applyMatrix4(viewAt(at, view));
           if (at - seen <= 2 && point.distanceTo(before) < 0.2 * data.size) lines.push(before.x, before.y, before.z, point.x, point.y, point.z);
           before.copy(point);
@@ -304,9 +307,9 @@
     const at = Math.round(frame);
     viewAt(at, view);
     data.bodies.forEach((body, index) => {
-      const visible = !hidden.has(index);
+      const visible = !hidden.has(index) && sighted(at);
       body.balls.visible = body.rods.visible = visible;
-      body.trails.visible = visible && byId("trails").checked;
+      body.trails.visible = !hidden.has(index) && byId("trails").checked;
       const middle = new Vector3();
       let count = 0;
       for (let feature = 0; feature < body.count; feature += 1) {
@@ -365,9 +368,11 @@
     const low = new Vector3(Infinity, Infinity, Infinity), high = low.clone().negate();
     const columns = [[], [], []];
     const stride = Math.max(1, Math.floor(frames / 120));
+    const jointed = new Set(data.joints.flatMap(({ reference, moving }) => [reference, moving]));
     for (let at = 0; at < frames; at += stride) {
+      if (!sighted(at)) continue;
       viewAt(at, view);
-      for (const body of data.bodies) {
+      for (const body of data.bodies.filter((_, index) => !jointed.size || jointed.has(index))) {
         for (let feature = 0; feature < body.count; feature += Math.max(1, body.count >> 4)) {
           if (place(body, at, feature, point)) point.applyMatrix4(view).toArray().forEach((x, axis) => columns[axis].push(x));
         }
@@ -382,7 +387,7 @@
     const centre = low.clone().add(high).divideScalar(2), size = Math.max(1e-6, low.distanceTo(high) / 2);
     const wide = Math.min(1, camera.aspect);
     controls.target.copy(centre);
-    camera.position.copy(eye).multiplyScalar(1.12 * size / Math.tan(camera.fov * Math.PI / 360) / wide).add(centre);
+    camera.position.copy(eye).multiplyScalar(0.92 * size / Math.tan(camera.fov * Math.PI / 360) / wide).add(centre);
     camera.near = size * 0.01;
     camera.far = size * 60;
     camera.updateProjectionMatrix();

@@ -32,7 +32,7 @@ pub(super) fn data(report: &Report<'_>, views: &[PairView], colours: &[&'static 
     let ways: Vec<Vec<Trajectory>> = (0..detection.bodies.len()).map(|body| features_of(report, body)).collect();
     let features: usize = ways.iter().map(Vec::len).sum::<usize>().max(1);
     let frames = evenly(detection.frames, (SAMPLES / features).clamp(60, FRAMES));
-    let outlook = Outlook::of(report);
+    let outlook = Outlook::of(ways.iter().flatten().flatten().map(|(_, point)| point));
     let times: Vec<f64> = frames.iter().map(|&frame| time(report, frame)).collect();
     let numbers: Vec<u64> = frames.iter().map(|&frame| report.recording.frame_numbers()[frame]).collect();
     let bodies: Vec<Value> = ways

@@ -140,9 +140,14 @@ fn path(view: &PairView, colour: &str, most: usize) -> Option<String> {
     let pivot = view.axis.filter(|_| view.kind.connects() && view.kind != JointKind::Planar);
     let places: Vec<[f64; 2]> = thinned.iter().flatten().map(|(_, point)| at(point)).collect();
     // A pivot that is far away would make everything small.
-    let size = places.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], p| [a.min(p[0].min(p[1])), b.max(p[0].max(p[1]))]);
-    let near = pivot.is_some() && size[0] > -6.0 * (size[1] - size[0]) && size[1] < 6.0 * (size[1] - size[0]);
-    let with_pivot = || places.iter().copied().chain(near.then_some([0.0, 0.0]));
+    let near = pivot.is_some()
+        && [0, 1].iter().all(|&axis| {
+            let [low, high] = framed(places.iter().map(|p| p[axis]), None);
+            let most = 4.0 * reach(view.points()) * factor;
+            low < most && high > -most
+        });
+    let pivot_place = near.then_some(0.0);
+    let bounds = |axis: usize| framed(places.iter().map(|p| p[axis]), pivot_place);
     let title = match view.kind {
         JointKind::Revolute | JointKind::Screw { .. } | JointKind::Cylindrical => "Motion, along the axis",
         JointKind::Prismatic => "Motion, from the side",
@@ -152,8 +157,8 @@ fn path(view: &PairView, colour: &str, most: usize) -> Option<String> {
     let label = format!("[{name}]");
     let mut chart = Chart::new(
         title,
-        (range(with_pivot().map(|p| p[0]), 0.07), &label),
-        (range(with_pivot().map(|p| p[1]), 0.07), &label),
+        (bounds(0), &label),
+        (bounds(1), &label),
     )
     .square();
     for way in &thinned {
@@ -172,7 +177,19 @@ fn path(view: &PairView, colour: &str, most: usize) -> Option<String> {
     Some(chart.draw())
 }
 
-/// The points of a way as a line, broken where the feature is not seen for long.
+/// A range that holds values, but for the wildest, and one that it must hold.
+fn framed(values: impl Iterator<Item = f64>, within: Option<f64>) -> [f64; 2] {
+    let mut values: Vec<f64> = values.collect();
+    if values.is_empty() {
+        return [0.0, 1.0];
+    }
+    let [low, high] = [0.01, 0.99].map(|share| jointscope_motion::quantile(&mut values, share));
+    let near = (high - low) * 0.25;
+    let tame = values.into_iter().filter(|x| *x >= low - near && *x <= high + near);
+    range(tame.chain(within), 0.07)
+}
+
+/// The points of a way as a line, broken where the feature is not seen for long, or leaps.
 fn joined<'w>(
     way: &'w Trajectory,
     whole: &[Trajectory],
@@ -181,9 +198,14 @@ fn joined<'w>(
     let longest = whole.iter().map(Vec::len).max().unwrap_or(1);
     // Thinning leaves gaps of its own.
     let usual = 3 * longest.div_ceil(way.len().max(1)).max(2);
+    let mut steps: Vec<f64> = way.windows(2).map(|pair| nalgebra::distance(&pair[0].1, &pair[1].1)).collect();
+    let leap = 6.0 * jointscope_motion::quantile(&mut steps, 0.9) + f64::MIN_POSITIVE;
     way.iter().enumerate().flat_map(move |(k, sample)| {
-        let gap = k > 0 && sample.0 - way[k - 1].0 > usual;
-        [gap.then_some(None), Some(Some(place(sample)))].into_iter().flatten()
+        let before = k.checked_sub(1).map(|k| &way[k]);
+        let apart = |&(frame, point): &(usize, Point3<f64>)| {
+            sample.0 - frame > usual || nalgebra::distance(&point, &sample.1) > leap
+        };
+        [before.is_some_and(apart).then_some(None), Some(Some(place(sample)))].into_iter().flatten()
     })
 }
 
@@ -287,8 +309,8 @@ fn fit(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize) -> Option<
             let label = format!("[{name}]");
             let mut chart = Chart::new(
                 "Motion, from the side",
-                (range(all().map(|p| p[0]), 0.07), &label),
-                (range(all().map(|p| p[1]), 0.07), &label),
+                (framed(all().map(|p| p[0]), None), &label),
+                (framed(all().map(|p| p[1]), None), &label),
             )
             .square();
             for way in &thinned {
@@ -374,9 +396,9 @@ fn models(pair: &PairDetection) -> String {
     let mut svg = format!(
         "<text class=\"ink\" x=\"14\" y=\"20\" font-size=\"13\" font-weight=\"600\" fill=\"{INK}\">Joints compared</text>\
          <g class=\"faint\" font-size=\"10.500\" fill=\"{FAINT}\" text-anchor=\"end\">\
-         <text x=\"{0}\" y=\"20\">residual [mm]</text><text x=\"{1}\" y=\"20\">log evidence</text></g>",
+         <text x=\"{0}\" y=\"20\">rms [mm]</text><text x=\"{1}\" y=\"20\">log evidence</text></g>",
         pixel(WIDTH - 6.0),
-        pixel(WIDTH - 82.0)
+        pixel(WIDTH - 60.0)
     );
     let step = ((HEIGHT - 44.0) / rows.len().max(1) as f64).min(26.0);
     let found = |name: &str| pair.models.get(name).and_then(|finding: &ModelFinding| finding.as_ref().ok());
@@ -395,16 +417,16 @@ fn models(pair: &PairDetection) -> String {
         let _ = write!(
             svg,
             "<text class=\"ink\" x=\"14\" y=\"{0}\" font-size=\"11.500\" font-weight=\"{weight}\" fill=\"{INK}\">{1}</text>\
-             <rect class=\"rule-fill\" x=\"104\" y=\"{2}\" width=\"80\" height=\"9\" rx=\"4.500\" fill=\"{RULE}\"/>\
+             <rect class=\"rule-fill\" x=\"104\" y=\"{2}\" width=\"70\" height=\"9\" rx=\"4.500\" fill=\"{RULE}\"/>\
              <rect class=\"{class}\" x=\"104\" y=\"{2}\" width=\"{3}\" height=\"9\" rx=\"4.500\" fill=\"{bar}\"/>\
-             <g class=\"faint\" font-size=\"10.500\" fill=\"{FAINT}\" text-anchor=\"end\"><text x=\"214\" y=\"{0}\">{4:.3}</text>\
+             <g class=\"faint\" font-size=\"10.500\" fill=\"{FAINT}\" text-anchor=\"end\"><text x=\"210\" y=\"{0}\">{4:.3}</text>\
              <text x=\"{5}\" y=\"{0}\">{evidence}</text><text x=\"{6}\" y=\"{0}\">{residual}</text></g>",
             pixel(y + 4.0),
             escaped(&shortened(name, 13)),
             pixel(y - 4.5),
-            pixel((80.0 * confidence).max(0.0)),
+            pixel((70.0 * confidence).max(0.0)),
             confidence,
-            pixel(WIDTH - 82.0),
+            pixel(WIDTH - 60.0),
             pixel(WIDTH - 6.0)
         );
     }

@@ -1,16 +1,18 @@
-//! The recording in a picture: bodies on their way, and the joints where they are at the end.
+//! The recording in a picture, seen from the base: bodies on their way, and the joints where they are at the end.
 
 use std::fmt::Write;
 
 use jointscope_detection::JointKind;
 use jointscope_models::Axis;
+use jointscope_motion::Pose;
 use nalgebra::{Point3, Rotation3, Unit, Vector3, distance};
 
 use super::style::{AXIS, FAINT, INK, colours, escaped, pixel, shortened};
 use crate::{
     Report,
+    joint_motion::relative,
     outlook::Outlook,
-    pair_view::{PairView, Trajectory, places},
+    pair_view::{PairView, Trajectory, places, seen_from},
 };
 
 /// Points of all trajectories together.
@@ -21,16 +23,19 @@ const MARGIN: f64 = 46.0;
 pub(crate) fn draw(report: &Report<'_>, [width, height]: [f64; 2]) -> String {
     let detection = report.detection;
     let colours = colours(detection);
+    let at_rest = vec![Some(Pose::identity()); detection.frames];
+    let base = Some(&detection.poses[detection.structure.base]).filter(|poses| poses.iter().any(Option::is_some));
+    let base = base.unwrap_or(&at_rest);
     let bodies: Vec<(usize, Vec<Trajectory>)> = report
         .recording
         .bodies()
         .iter()
         .filter_map(|body| {
             let index = detection.bodies.iter().position(|name| name == body.name())?;
-            Some((index, places(body, &detection.poses[index])))
+            Some((index, seen_from(base, &places(body, &detection.poses[index]))))
         })
         .collect();
-    let outlook = Outlook::of(report);
+    let outlook = Outlook::of(bodies.iter().flat_map(|(_, ways)| ways.iter().flatten().map(|(_, point)| point)));
     let turn = outlook.turn();
     let flat = |point: &Point3<f64>| {
         let seen = turn * (point - outlook.centre);
@@ -78,9 +83,14 @@ pub(crate) fn draw(report: &Report<'_>, [width, height]: [f64; 2]) -> String {
     for &pair in &detection.structure.branches.iter().filter_map(|branch| branch.pair).collect::<Vec<_>>() {
         let pair = &detection.pairs[pair];
         let reference = detection.bodies.iter().position(|body| *body == pair.reference).unwrap_or(0);
-        let pose = detection.poses[reference].iter().flatten().last().copied();
+        let pose = relative(base, &detection.poses[reference]).into_iter().flatten().next_back();
         let Some(axis) = pair.axis.map(|axis| axis.seen_from(&pose.unwrap_or_default())) else { continue };
-        svg += &joint(&axis, pair.kind(), pair.axis_uncertainty.and_then(|known| known.angle), outlook.size, &at);
+        let moving = detection.bodies.iter().position(|body| *body == pair.moving);
+        let ways = bodies.iter().find(|(index, _)| Some(*index) == moving).map_or(&[][..], |(_, ways)| ways);
+        let ends: Vec<&Point3<f64>> = ways.iter().filter_map(|way| way.last()).map(|(_, point)| point).collect();
+        let arm = ends.iter().map(|point| distance(point, &axis.point)).fold(0.0, f64::max);
+        let half = (1.1 * arm).clamp(0.05 * outlook.size, 0.5 * outlook.size);
+        svg += &joint(&axis, pair.kind(), pair.axis_uncertainty.and_then(|known| known.angle), half, &at);
         let [x, y] = at(&axis.point);
         let _ = write!(
             svg,
@@ -127,7 +137,7 @@ fn joint(
     axis: &Axis,
     kind: JointKind,
     uncertainty: Option<f64>,
-    size: f64,
+    half: f64,
     at: &impl Fn(&Point3<f64>) -> [f64; 2],
 ) -> String {
     let [x, y] = at(&axis.point).map(pixel);
@@ -136,7 +146,6 @@ fn joint(
          stroke-width=\"2\"/><circle cx=\"{x}\" cy=\"{y}\" r=\"1.800\" fill=\"{AXIS}\"/></g>"
     );
     let Some(direction) = axis.direction else { return pivot };
-    let half = 0.5 * size;
     let end = |sign: f64| axis.point + direction.into_inner() * (sign * half);
     let mut svg = String::new();
     if let Some(angle) = uncertainty {

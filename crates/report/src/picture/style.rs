@@ -55,21 +55,6 @@ pub(crate) fn pixel(x: f64) -> String {
     format!("{x}")
 }
 
-/// What a joint is called in plain words.
-pub(crate) fn word(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Rigid => "fixed to",
-        JointKind::Prismatic => "slides on",
-        JointKind::Revolute => "turns on",
-        JointKind::Screw { .. } => "screws on",
-        JointKind::Cylindrical => "turns and slides on",
-        JointKind::Planar => "moves in a plane of",
-        JointKind::Spherical => "swivels on",
-        JointKind::Universal => "tilts on",
-        JointKind::Disconnected => "not connected to",
-    }
-}
-
 /// A pictogram of a joint, 32 by 32 pixels: what stays in grey, what moves in colour.
 pub(crate) fn icon(kind: JointKind) -> String {
     let still = |shape: &str| format!("<g class=\"icon-still\" fill=\"none\" stroke=\"{FAINT}\">{shape}</g>");
