@@ -84,7 +84,12 @@ impl Structure {
     /// The structure of judged pairs.
     ///
     /// `poses` are `recording_from_body`; `base` is the body asked for.
-    pub(crate) fn of(bodies: &[Body], poses: &[Vec<Option<Pose>>], pairs: &[PairDetection], base: Option<usize>) -> Self {
+    pub(crate) fn of(
+        bodies: &[Body],
+        poses: &[Vec<Option<Pose>>],
+        pairs: &[PairDetection],
+        base: Option<usize>,
+    ) -> Self {
         let index = |name: &str| bodies.iter().position(|body| body.name() == name).unwrap_or(0);
         let ends: Vec<[usize; 2]> = pairs.iter().map(|pair| [index(&pair.reference), index(&pair.moving)]).collect();
         let tree = spanning(bodies.len(), pairs, &ends);
@@ -148,7 +153,13 @@ fn is_free(mobility: Mobility) -> bool {
 }
 
 /// The body from which a mechanism is best seen: the first one at rest, or the one with most joints.
-fn base_of(bodies: &[Body], poses: &[Vec<Option<Pose>>], pairs: &[PairDetection], tree: &[usize], ends: &[[usize; 2]]) -> usize {
+fn base_of(
+    bodies: &[Body],
+    poses: &[Vec<Option<Pose>>],
+    pairs: &[PairDetection],
+    tree: &[usize],
+    ends: &[[usize; 2]],
+) -> usize {
     let posed = |body: usize| poses[body].iter().any(Option::is_some);
     let noise = |body: usize| {
         let of_pair = |(pair, [reference, moving]): (&PairDetection, &[usize; 2])| match body {

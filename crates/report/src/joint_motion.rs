@@ -95,11 +95,6 @@ impl JointMotion {
         coordinates * own * coordinates.inverse()
     }
 
-    /// `reference_from_moving` at a frame, where both are known.
-    pub(crate) fn pose(&self, frame: usize) -> Option<Pose> {
-        Some(self.motion(self.positions.get(frame)?.as_ref()?) * self.home?)
-    }
-
     /// Positions nearest to the measured poses.
     fn project(&mut self, measured: &[Option<Pose>]) {
         let Some(home) = self.home else { return };

@@ -10,6 +10,7 @@ mod printable;
 mod report;
 mod robot;
 mod table;
+mod tree;
 mod words;
 
 pub use html::to_html;

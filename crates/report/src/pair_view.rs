@@ -36,9 +36,10 @@ impl PairView {
         let posed = |body: usize| detection.poses[body].iter().any(Option::is_some);
         let swapped = !posed(reference) && posed(moving);
         let (viewer, seen) = if swapped { (moving, reference) } else { (reference, moving) };
-        let trajectories = recording.bodies().get(seen).map_or_else(Vec::new, |body| {
-            seen_from(&detection.poses[viewer], &places(body, &detection.poses[seen]))
-        });
+        let trajectories = recording
+            .bodies()
+            .get(seen)
+            .map_or_else(Vec::new, |body| seen_from(&detection.poses[viewer], &places(body, &detection.poses[seen])));
         let opposite = |axis: Axis| Axis { direction: axis.direction.map(|direction| -direction), ..axis };
         let axis = if swapped { pair.axis_in_moving.map(opposite) } else { pair.axis };
         let square = |noise: Option<f64>| noise.unwrap_or(0.0).powi(2);

@@ -4,12 +4,12 @@ use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use jointscope_detection::{Detection, PairDetection};
 use jointscope_models::Positions;
 
-use crate::printable;
+use crate::{printable, tree};
 
 /// Pairs that are named above their common notes; of more, the number is given.
 const NAMED_PAIRS: usize = 4;
 
-/// The detection as a table with one row per pair, followed by the notes.
+/// The detection as a table with one row per pair, followed by the mechanism and the notes.
 ///
 /// *Convention.* Lengths in metres, angles in degrees. A `?` behind a joint means that it is not determined. A note
 /// that several pairs have in common is given once, under the names of the pairs.
@@ -48,7 +48,7 @@ pub fn to_table(detection: &Detection) -> String {
     if detection.pairs.iter().any(|pair| !pair.determined) {
         text += "\n? not determined: the notes say why\n";
     }
-    text + &notes(&detection.pairs)
+    text + &tree::to_lines(detection) + &notes(&detection.pairs)
 }
 
 fn count(n: usize, one: &str, several: &str) -> String {

@@ -13,7 +13,9 @@ pub(crate) fn deed(pair: &PairDetection) -> String {
         JointKind::Rigid => "is fixed".into(),
         JointKind::Prismatic => format!("slides{}", length(0)),
         JointKind::Revolute => format!("turns{}", angle(0)),
-        JointKind::Screw { pitch } => format!("screws{}, {} a turn", angle(0), metres(pitch.abs() * std::f64::consts::TAU)),
+        JointKind::Screw { pitch } => {
+            format!("screws{}, {} a turn", angle(0), metres(pitch.abs() * std::f64::consts::TAU))
+        }
         JointKind::Cylindrical => format!("turns{} and slides{}", angle(0), length(1)),
         JointKind::Planar => format!("moves in a plane, turning{}", angle(0)),
         JointKind::Spherical => "swivels about a point".into(),

@@ -36,20 +36,19 @@ pub fn to_html(report: &Report<'_>) -> String {
     let most = (POINTS / detection.pairs.len().max(1)).clamp(FEWEST, 2500);
     let views: Vec<PairView> =
         detection.pairs.iter().map(|pair| PairView::of(detection, report.recording, pair)).collect();
-    let pairs: Vec<Pair> = order
-        .iter()
-        .take(CHARTED)
-        .map(|&index| Pair::of(report, index, &views[index], &colours, most))
-        .collect();
-    let joints: Vec<&String> =
-        detection.pairs.first().map_or_else(Vec::new, |pair| pair.verdict.confidences.iter().map(|(name, _)| name).collect());
+    let pairs: Vec<Pair> =
+        order.iter().take(CHARTED).map(|&index| Pair::of(report, index, &views[index], &colours, most)).collect();
+    let joints: Vec<&String> = detection
+        .pairs
+        .first()
+        .map_or_else(Vec::new, |pair| pair.verdict.confidences.iter().map(|(name, _)| name).collect());
     let rows: Vec<Row> = detection.pairs.iter().map(Row::of).collect();
     let content = context! {
         title => title(detection),
         subtitle => subtitle(detection),
         pairs => Value::from(Serde(&pairs)),
         scene => picture::scene_alone(report),
-        tree => if detection.bodies.len() > 2 { tree(detection, &colours) } else { String::new() },
+        tree => if detection.bodies.len() > 2 && detection.structure.branches.iter().any(|branch| branch.pair.is_some()) { tree(detection, &colours) } else { String::new() },
         indirect => indirect(detection),
         joints => joints.iter().map(|joint| printable(joint)).collect::<Vec<_>>(),
         rows => Value::from(Serde(&rows)),
@@ -111,7 +110,11 @@ impl Pair {
         Self {
             number: index + 1,
             sentence: printable(&sentence(pair)),
-            verdict: format!("{}, confidence {:.2}{comma}{known}", printable(&pair.verdict.joint), pair.verdict.confidence),
+            verdict: format!(
+                "{}, confidence {:.2}{comma}{known}",
+                printable(&pair.verdict.joint),
+                pair.verdict.confidence
+            ),
             icon: style::icon(pair.kind()),
             determined: pair.determined,
             free,
@@ -135,7 +138,10 @@ fn facts(pair: &PairDetection) -> Vec<[String; 2]> {
         if let Some(direction) = axis.direction {
             tell(what, triple(direction.into_inner().into()));
         }
-        tell(if axis.direction.is_none() { "centre" } else { "through" }, format!("{} m", triple(axis.point.coords.into())));
+        tell(
+            if axis.direction.is_none() { "centre" } else { "through" },
+            format!("{} m", triple(axis.point.coords.into())),
+        );
     }
     let fit = pair.models.get(&pair.verdict.joint).and_then(|finding| finding.as_ref().ok());
     if let Some(rms) = fit.and_then(|fit| fit.residual_rms) {
@@ -169,7 +175,8 @@ struct Cell {
 
 impl Row {
     fn of(pair: &PairDetection) -> Self {
-        let cell = |confidence: f64| Cell { text: format!("{confidence:.3}"), percent: format!("{:.0}", 45.0 * confidence) };
+        let cell =
+            |confidence: f64| Cell { text: format!("{confidence:.3}"), percent: format!("{:.0}", 45.0 * confidence) };
         Self {
             reference: printable(&pair.reference),
             moving: printable(&pair.moving),
@@ -186,7 +193,11 @@ fn tree(detection: &Detection, colours: &[&'static str]) -> String {
     let body = |index: usize| {
         format!("<i style=\"background:{}\"></i><b>{}</b>", colours[index], style::escaped(&detection.bodies[index]))
     };
-    format!("<ul><li><span class=\"node\">{}</span>{}</li></ul>", body(detection.structure.base), below(detection, detection.structure.base, &body))
+    format!(
+        "<ul><li><span class=\"node\">{}</span>{}</li></ul>",
+        body(detection.structure.base),
+        below(detection, detection.structure.base, &body)
+    )
 }
 
 fn below(detection: &Detection, parent: usize, body: &dyn Fn(usize) -> String) -> String {
@@ -219,6 +230,7 @@ fn indirect(detection: &Detection) -> Vec<String> {
     const MOST: usize = 40;
     let told = detection.structure.indirect.iter().filter_map(|indirect| crate::words::follows(detection, indirect));
     let told: Vec<String> = told.map(|sentence| printable(&sentence)).collect();
-    let coupled = detection.structure.couplings.iter().map(|coupling| printable(&crate::words::coupled(detection, coupling)));
+    let coupled =
+        detection.structure.couplings.iter().map(|coupling| printable(&crate::words::coupled(detection, coupling)));
     told.into_iter().take(MOST).chain(coupled).collect()
 }

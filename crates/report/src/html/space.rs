@@ -55,7 +55,8 @@ pub(super) fn data(report: &Report<'_>, views: &[PairView], colours: &[&'static 
         .collect();
     let tree = detection.structure.branches.iter().filter_map(|branch| branch.pair);
     let loops = detection.structure.indirect.iter().filter(|pair| pair.closes_loop).map(|indirect| indirect.pair);
-    let joints: Vec<Value> = tree.chain(loops).filter_map(|pair| joint(detection, pair, &views[pair], &frames)).collect();
+    let joints: Vec<Value> =
+        tree.chain(loops).filter_map(|pair| joint(detection, pair, &views[pair], &frames)).collect();
     let data = json!({
         "frames": numbers,
         "times": times,

@@ -59,7 +59,8 @@ impl Scale {
 
 /// A range that holds all values, with a margin; never empty.
 pub(crate) fn range(values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] {
-    let [least, most] = values.filter(|x| x.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+    let [least, most] =
+        values.filter(|x| x.is_finite()).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
     if least > most {
         return [0.0, 1.0];
     }
@@ -217,8 +218,7 @@ impl Chart {
     /// The chart, `WIDTH` by `HEIGHT` pixels with its corner at the origin.
     pub(crate) fn draw(self) -> String {
         let mut svg = String::new();
-        let [left, right, bottom, top] =
-            [LEFT, WIDTH - RIGHT, HEIGHT - BOTTOM, TOP].map(pixel);
+        let [left, right, bottom, top] = [LEFT, WIDTH - RIGHT, HEIGHT - BOTTOM, TOP].map(pixel);
         let _ = write!(
             svg,
             "<text class=\"ink\" x=\"{left}\" y=\"20\" font-size=\"13\" font-weight=\"600\" fill=\"{INK}\">{}</text>",
@@ -230,13 +230,19 @@ impl Chart {
             let x = pixel(self.across.at(tick));
             let _ = write!(grid, "M{x} {bottom}V{top}");
             let y = pixel(HEIGHT - BOTTOM + 14.0);
-            let _ = write!(words, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\">{}</text>", number(tick, &self.across));
+            let _ =
+                write!(words, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"middle\">{}</text>", number(tick, &self.across));
         }
         for tick in self.up.ticks() {
             let y = self.up.at(tick);
             let _ = write!(grid, "M{left} {}H{right}", pixel(y));
             let x = pixel(LEFT - 6.0);
-            let _ = write!(words, "<text x=\"{x}\" y=\"{}\" text-anchor=\"end\">{}</text>", pixel(y + 3.5), number(tick, &self.up));
+            let _ = write!(
+                words,
+                "<text x=\"{x}\" y=\"{}\" text-anchor=\"end\">{}</text>",
+                pixel(y + 3.5),
+                number(tick, &self.up)
+            );
         }
         let middle = pixel((LEFT + WIDTH - RIGHT) / 2.0);
         let _ = write!(

@@ -14,8 +14,8 @@ use crate::{
     pair_view::PairView,
     words::{knowledge, sentence},
 };
-pub(crate) use chart::{HEIGHT, WIDTH};
 use chart::document;
+pub(crate) use chart::{HEIGHT, WIDTH};
 use style::{FAINT, INK, escaped, icon, pixel, shortened};
 
 /// Points of a chart in a picture.

@@ -155,12 +155,7 @@ fn path(view: &PairView, colour: &str, most: usize) -> Option<String> {
         _ => "Motion, widest view",
     };
     let label = format!("[{name}]");
-    let mut chart = Chart::new(
-        title,
-        (bounds(0), &label),
-        (bounds(1), &label),
-    )
-    .square();
+    let mut chart = Chart::new(title, (bounds(0), &label), (bounds(1), &label)).square();
     for way in &thinned {
         chart.line(joined(way, &view.trajectories, |(_, point)| at(point)), colour, 0.6);
     }
@@ -227,7 +222,8 @@ fn fit(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize) -> Option<
             if ways.is_empty() {
                 return None;
             }
-            let mut chart = Chart::new("On the unit circle", ([-1.3, 1.3], "in radii of each feature"), ([-1.3, 1.3], "")).square();
+            let mut chart =
+                Chart::new("On the unit circle", ([-1.3, 1.3], "in radii of each feature"), ([-1.3, 1.3], "")).square();
             let share = (tolerance / typical).min(0.9);
             chart.ring([0.0, 0.0], [1.0 - share, 1.0 + share], "band", BAND);
             for way in PairView::thinned(&ways, most) {
@@ -245,8 +241,11 @@ fn fit(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize) -> Option<
             let (factor, name) = unit(reach(ways.iter().flatten().map(|(_, point)| point)));
             let along = |point: &Point3<f64>| factor * point.coords.dot(&plane.across);
             let across = range(ways.iter().flatten().map(|(_, point)| along(point)), 0.04);
-            let mut chart =
-                Chart::new("In the tube", (across, &format!("along the axis [{name}]")), ([low, high], "beside it [mm]"));
+            let mut chart = Chart::new(
+                "In the tube",
+                (across, &format!("along the axis [{name}]")),
+                ([low, high], "beside it [mm]"),
+            );
             chart.band([-1e3 * tolerance, 1e3 * tolerance], "band", BAND);
             for way in &ways {
                 chart.dots(way.iter().map(|(_, p)| [along(p), 1e3 * plane_up(&plane, p)]), 1.1, colour, 0.75);
@@ -258,9 +257,8 @@ fn fit(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize) -> Option<
             let ways = PairView::thinned(&centred(&view.trajectories), most);
             let main = spread(ways.iter().flatten().map(|(_, point)| point));
             let (factor, name) = unit(reach(ways.iter().flatten().map(|(_, point)| point)));
-            let at = |point: &Point3<f64>| {
-                [factor * point.coords.dot(&main.column(0)), 1e3 * point.coords.dot(&normal)]
-            };
+            let at =
+                |point: &Point3<f64>| [factor * point.coords.dot(&main.column(0)), 1e3 * point.coords.dot(&normal)];
             let all = || ways.iter().flatten().map(|(_, point)| at(point));
             let up = range(all().map(|p| p[1]).chain([-1.6e3 * tolerance, 1.6e3 * tolerance]), 0.08);
             let along = range(all().map(|p| p[0]), 0.04);
@@ -290,7 +288,9 @@ fn fit(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize) -> Option<
         (JointKind::Rigid, _) => {
             let ways = PairView::thinned(&centred(&view.trajectories), most);
             let at = |point: &Point3<f64>| [1e3 * point.coords.dot(&plane.across), 1e3 * point.coords.dot(&plane.up)];
-            let all = || ways.iter().flatten().flat_map(|(_, point)| at(point)).chain([-1.6e3 * tolerance, 1.6e3 * tolerance]);
+            let all = || {
+                ways.iter().flatten().flat_map(|(_, point)| at(point)).chain([-1.6e3 * tolerance, 1.6e3 * tolerance])
+            };
             let both = range(all(), 0.08);
             let mut chart = Chart::new("In its place", (both, "[mm]"), (both, "[mm]")).square();
             chart.ring([0.0, 0.0], [0.0, 1e3 * tolerance], "band", BAND);
@@ -302,7 +302,8 @@ fn fit(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize) -> Option<
         _ => {
             let main = spread(view.points());
             let (factor, name) = unit(reach(view.points()));
-            let side = Plane { origin: plane.origin, across: main.column(0).into_owned(), up: main.column(2).into_owned() };
+            let side =
+                Plane { origin: plane.origin, across: main.column(0).into_owned(), up: main.column(2).into_owned() };
             let at = |point: &Point3<f64>| side.at(point).map(|x| x * factor);
             let thinned = PairView::thinned(&view.trajectories, most);
             let all = || thinned.iter().flatten().map(|(_, point)| at(point));

@@ -153,7 +153,9 @@ fn joint(
         let side = Unit::new_normalize(direction.cross(&Vector3::ith(direction.iamin(), 1.0)));
         let rim = |sign: f64, turn: f64| {
             let side = Rotation3::from_axis_angle(&direction, turn) * side;
-            axis.point + direction.into_inner() * (sign * half * spread.cos()) + side.into_inner() * (half * spread.sin())
+            axis.point
+                + direction.into_inner() * (sign * half * spread.cos())
+                + side.into_inner() * (half * spread.sin())
         };
         // Of the rim, what is farthest to either side of the axis as it is seen.
         let [ex, ey] = at(&end(1.0));
@@ -163,7 +165,8 @@ fn joint(
             (x - px) * (ey - py) - (y - py) * (ex - px)
         };
         for sign in [1.0, -1.0] {
-            let rims: Vec<Point3<f64>> = (0..36).map(|k| rim(sign, f64::from(k) * std::f64::consts::TAU / 36.0)).collect();
+            let rims: Vec<Point3<f64>> =
+                (0..36).map(|k| rim(sign, f64::from(k) * std::f64::consts::TAU / 36.0)).collect();
             let one = rims.iter().max_by(|a, b| beside(a).total_cmp(&beside(b)));
             let other = rims.iter().min_by(|a, b| beside(a).total_cmp(&beside(b)));
             if let (Some(one), Some(other)) = (one, other) {

@@ -22,7 +22,9 @@ pub(crate) const FONT: &str = "system-ui, 'Segoe UI', 'Helvetica Neue', Arial, s
 pub(crate) fn colours(detection: &Detection) -> Vec<&'static str> {
     let mut others = PALETTE.iter().cycle();
     let base = detection.structure.base;
-    (0..detection.bodies.len()).map(|body| if body == base { GROUND } else { others.next().unwrap_or(&GROUND) }).collect()
+    (0..detection.bodies.len())
+        .map(|body| if body == base { GROUND } else { others.next().unwrap_or(&GROUND) })
+        .collect()
 }
 
 /// Untrusted text as part of XML or HTML.

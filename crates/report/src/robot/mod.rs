@@ -262,7 +262,11 @@ fn flip() -> Pose {
 }
 
 /// Home of a body without orientation: it keeps that of the recording at the first frame that shows it.
-fn home_of_points(report: &Report<'_>, pair: &jointscope_detection::PairDetection, joint: &JointMotion) -> Option<Pose> {
+fn home_of_points(
+    report: &Report<'_>,
+    pair: &jointscope_detection::PairDetection,
+    joint: &JointMotion,
+) -> Option<Pose> {
     let detection = report.detection;
     let index = |name: &String| detection.bodies.iter().position(|body| body == name);
     let (reference, moving) = (index(&pair.reference)?, index(&pair.moving)?);
@@ -361,3 +365,6 @@ pub(crate) fn rgba(colour: &str) -> String {
     let part = |k: usize| u8::from_str_radix(colour.get(k..k + 2).unwrap_or("80"), 16).unwrap_or(128);
     numbers([1, 3, 5].map(|k| (f64::from(part(k)) / 255.0 * 1e3).round() / 1e3).into_iter().chain([1.0]))
 }
+
+#[cfg(test)]
+mod tests;

@@ -69,9 +69,9 @@ fn of_joint(robot: &Robot, joint: &RobotJoint, child: usize) -> String {
     if matches!(joint.moves, Move::Turn | Move::Slide) {
         let _ = writeln!(xml, "    <axis xyz=\"{}\"/>", numbers(joint.axis));
         let speed = number(joint.speed.filter(|speed| *speed > 0.0).unwrap_or(SPEED));
-        let limits = joint.limits.map_or(String::new(), |[least, most]| {
-            format!("lower=\"{}\" upper=\"{}\" ", number(least), number(most))
-        });
+        let limits = joint
+            .limits
+            .map_or(String::new(), |[least, most]| format!("lower=\"{}\" upper=\"{}\" ", number(least), number(most)));
         let _ = writeln!(xml, "    <limit {limits}effort=\"{}\" velocity=\"{speed}\"/>", number(EFFORT));
         if let Some((of, ratio, offset)) = joint.mimic {
             let of = escaped(&robot.joints[of].name);
