@@ -87,6 +87,7 @@ pub struct RecordingSettings {
 }
 
 /// What is written of the result. Writing it is the program's task.
+#[allow(clippy::struct_excessive_bools, reason = "every file is a switch of its own")]
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OutputSettings {
@@ -99,10 +100,8 @@ pub struct OutputSettings {
     pub svg: bool,
     /// Whether `--out` writes mechanism.urdf.
     pub urdf: bool,
-    /// Whether `--out` writes mechanism.xml, for MuJoCo.
+    /// Whether `--out` writes mechanism.xml, for the simulator `MuJoCo`.
     pub mjcf: bool,
-    /// Whether `--out` writes recording.mcap, for viewers of robots' logs; in programs built with the feature `mcap`.
-    pub mcap: bool,
 }
 
 impl Configuration {

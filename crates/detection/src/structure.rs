@@ -316,13 +316,11 @@ fn couplings(tree: &[usize], pairs: &[PairDetection]) -> Vec<Coupling> {
     let joints: Vec<(usize, &Positions)> = tree.iter().filter_map(of_one).collect();
     let mut couplings: Vec<Coupling> = Vec::new();
     for (number, &(pair, positions)) in joints.iter().enumerate() {
-        let leaders = joints[..number].iter().filter(|(of, _)| couplings.iter().all(|known| known.pair != *of));
-        let found = leaders
-            .filter_map(|&(of, others)| {
-                let (ratio, offset) = proportion(positions, others)?;
-                Some(Coupling { pair, of, ratio, offset })
-            })
-            .next();
+        let mut leaders = joints[..number].iter().filter(|(of, _)| couplings.iter().all(|known| known.pair != *of));
+        let found = leaders.find_map(|&(of, others)| {
+            let (ratio, offset) = proportion(positions, others)?;
+            Some(Coupling { pair, of, ratio, offset })
+        });
         couplings.extend(found);
     }
     couplings

@@ -19,4 +19,4 @@ pub use picture::{pairs_to_svg, to_svg};
 pub use printable::printable;
 pub use report::Report;
 pub use robot::{to_mjcf, to_urdf};
-pub use table::to_table;
+pub use table::{Style, to_styled_table, to_table};

@@ -122,7 +122,7 @@ pub(crate) fn places(body: &Body, poses: &[Option<Pose>]) -> Vec<Trajectory> {
             };
             corners.into_iter().map(way).collect()
         }
-        _ => Vec::new(),
+        Observation::AtRest(_) => Vec::new(),
     }
 }
 

@@ -96,8 +96,8 @@ fn departure(recording: &Recording, detection: &Detection) -> f64 {
         let node = chain.find(&name).expect("the joint");
         // In the child's link every feature has one place: what it moves there is what the robot does not explain.
         let mut places: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); tracks.features()];
-        for frame in 0..detection.frames {
-            let Some(q) = rows[frame] else { continue };
+        for (frame, q) in rows.iter().enumerate() {
+            let Some(q) = *q else { continue };
             let others: BTreeMap<&str, f64> = of_joint
                 .iter()
                 .filter_map(|(name, pair)| {

@@ -1,6 +1,8 @@
 //! The commands, one file each.
 
+pub(crate) mod completions;
 pub(crate) mod evaluate;
+pub(crate) mod man;
 pub(crate) mod models;
 pub(crate) mod reproduce;
 pub(crate) mod run;

@@ -18,11 +18,11 @@ use jointscope_detection::{
 use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
 use jointscope_recordings::{ReadOptions, RecordingError};
-use jointscope_report::{Report, pairs_to_svg, to_html, to_json, to_mjcf, to_svg, to_table, to_urdf};
+use jointscope_report::{Report, pairs_to_svg, to_html, to_json, to_mjcf, to_styled_table, to_svg, to_urdf};
 use jointscope_scenes::{SceneError, SceneOptions, simulate};
 
 use super::{catalog, too_fast, unknown_scene};
-use crate::{failure::Failure, output, place};
+use crate::{failure::Failure, output, place, terminal};
 
 /// Find the joints between the bodies of a recording
 #[derive(Debug, Args)]
@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// A simulated scene, instead of the configuration's recording
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// Write detection.json into this folder
+    /// Write detection.json, and what [output] asks for, into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// What is printed
@@ -63,7 +63,7 @@ enum Printed {
     Svg,
     /// The mechanism as a robot description
     Urdf,
-    /// The mechanism for MuJoCo
+    /// The mechanism as MJCF
     Mjcf,
 }
 
@@ -94,7 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         output::write_files(&files)?;
     }
     output::print(&match arguments.format {
-        Printed::Table => to_table(&detection),
+        Printed::Table => to_styled_table(&detection, terminal::style()),
         Printed::Json => to_json(&detection),
         Printed::Html => to_html(&report),
         Printed::Svg => to_svg(&report),

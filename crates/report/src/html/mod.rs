@@ -2,6 +2,8 @@
 
 mod space;
 
+use std::fmt::Write;
+
 use jointscope_detection::{Detection, JointKind, PairDetection};
 use minijinja::{Environment, Value, context, value::Serde};
 use serde::Serialize;
@@ -201,27 +203,24 @@ fn tree(detection: &Detection, colours: &[&'static str]) -> String {
 }
 
 fn below(detection: &Detection, parent: usize, body: &dyn Fn(usize) -> String) -> String {
-    let children = detection.structure.branches.iter().filter(|branch| branch.parent == parent);
-    let items: String = children
-        .map(|branch| {
-            let kind = branch.pair.map_or(JointKind::Disconnected, |pair| detection.pairs[pair].kind());
-            let text = branch.pair.map_or_else(
-                || "moves freely".to_owned(),
-                |pair| {
-                    let pair = &detection.pairs[pair];
-                    let doubt = if pair.determined { "" } else { " ?" };
-                    format!("{}{doubt}", deed(pair))
-                },
-            );
-            format!(
-                "<li><span class=\"node\"><svg viewBox=\"0 0 32 32\" aria-hidden=\"true\">{}</svg>{}<span class=\"faint-text\">{}</span></span>{}</li>",
-                style::icon(kind),
-                body(branch.child),
-                style::escaped(&text),
-                below(detection, branch.child, body)
-            )
-        })
-        .collect();
+    let mut items = String::new();
+    for branch in detection.structure.branches.iter().filter(|branch| branch.parent == parent) {
+        let pair = branch.pair.map(|pair| &detection.pairs[pair]);
+        let kind = pair.map_or(JointKind::Disconnected, PairDetection::kind);
+        let text = pair.map_or("moves freely".to_owned(), |pair| {
+            let doubt = if pair.determined { "" } else { " ?" };
+            format!("{}{doubt}", deed(pair))
+        });
+        let _ = write!(
+            items,
+            "<li><span class=\"node\"><svg viewBox=\"0 0 32 32\" aria-hidden=\"true\">{}</svg>{}\
+             <span class=\"faint-text\">{}</span></span>{}</li>",
+            style::icon(kind),
+            body(branch.child),
+            style::escaped(&text),
+            below(detection, branch.child, body)
+        );
+    }
     if items.is_empty() { items } else { format!("<ul>{items}</ul>") }
 }
 

@@ -85,7 +85,7 @@ impl Chart {
         let per = |scale: &Scale| (scale.range[1] - scale.range[0]) / (scale.pixels[1] - scale.pixels[0]).abs();
         let most = per(&self.across).max(per(&self.up));
         for scale in [&mut self.across, &mut self.up] {
-            let middle = (scale.range[0] + scale.range[1]) / 2.0;
+            let middle = f64::midpoint(scale.range[0], scale.range[1]);
             let half = most * (scale.pixels[1] - scale.pixels[0]).abs() / 2.0;
             scale.range = [middle - half, middle + half];
         }
@@ -170,7 +170,7 @@ impl Chart {
     /// A ring about a point, between two radii, in units of the across axis.
     pub(crate) fn ring(&mut self, centre: [f64; 2], [inner, outer]: [f64; 2], class: &str, colour: &str) {
         let per = (self.across.at(1.0) - self.across.at(0.0)).abs();
-        let middle = (inner + outer) / 2.0;
+        let middle = f64::midpoint(inner, outer);
         let [x, y] = centre;
         let _ = write!(
             self.marks,

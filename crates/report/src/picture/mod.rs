@@ -1,7 +1,10 @@
 //! Pictures as SVG, for papers and pages: a summary, and one of every pair.
 
 mod chart;
+mod fit;
+mod models;
 pub(crate) mod pair;
+mod plane;
 mod scene;
 pub(crate) mod style;
 

@@ -51,8 +51,8 @@ pub(crate) fn draw(report: &Report<'_>, [width, height]: [f64; 2]) -> String {
     let at = |point: &Point3<f64>| {
         let [x, y] = flat(point);
         [
-            width / 2.0 + scale * (x - (across[0] + across[1]) / 2.0),
-            height / 2.0 + scale * (y - (down[0] + down[1]) / 2.0),
+            width / 2.0 + scale * (x - f64::midpoint(across[0], across[1])),
+            height / 2.0 + scale * (y - f64::midpoint(down[0], down[1])),
         ]
     };
     let mut svg = String::new();
@@ -66,14 +66,11 @@ pub(crate) fn draw(report: &Report<'_>, [width, height]: [f64; 2]) -> String {
                 let _ = write!(path, "{}{x} {y}", if number == 0 { "M" } else { "L" });
             }
         }
-        let last: String = ways
-            .iter()
-            .filter_map(|way| way.last())
-            .map(|(_, point)| {
-                let [x, y] = at(point).map(pixel);
-                format!("M{x} {y}h0")
-            })
-            .collect();
+        let mut last = String::new();
+        for (_, point) in ways.iter().filter_map(|way| way.last()) {
+            let [x, y] = at(point).map(pixel);
+            let _ = write!(last, "M{x} {y}h0");
+        }
         let _ = write!(
             svg,
             "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-opacity=\"0.35\" stroke-linejoin=\"round\"/>\

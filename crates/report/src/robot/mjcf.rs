@@ -1,4 +1,4 @@
-//! The mechanism as MJCF, the format of MuJoCo.
+//! The mechanism as MJCF, the format of the simulator `MuJoCo`.
 
 use std::fmt::Write;
 

@@ -82,7 +82,7 @@ impl Robot {
         let structure = &report.detection.structure;
         let mut robot = Self { links: Vec::new(), joints: Vec::new() };
         let mut names = BTreeSet::new();
-        let base = unique(printable(&report.detection.bodies[structure.base]), &mut names);
+        let base = unique(&printable(&report.detection.bodies[structure.base]), &mut names);
         robot.links.push(link(report, base, structure.base, Pose::identity()));
         // The joint of every pair, for those that follow it.
         let mut joint_of_pair: Vec<(usize, usize)> = Vec::new();
@@ -104,12 +104,12 @@ impl Robot {
     /// Hangs a body on its parent, with as many stages between them as the joint has freedoms.
     fn hang(&mut self, report: &Report<'_>, branch: &Branch, parent: usize, names: &mut BTreeSet<String>) {
         let detection = report.detection;
-        let name = unique(printable(&detection.bodies[branch.child]), names);
+        let name = unique(&printable(&detection.bodies[branch.child]), names);
         let base_of_joint = format!("{}-{name}", self.links[parent].name);
         let found = branch.pair.and_then(|pair| Placed::of(report, pair, branch.child));
         let Some(placed) = found else {
             self.joints.push(RobotJoint {
-                name: unique(base_of_joint, names),
+                name: unique(&base_of_joint, names),
                 moves: Move::Floating,
                 axis: [0.0, 0.0, 1.0],
                 parent,
@@ -131,7 +131,7 @@ impl Robot {
             let joint_name = if last == 0 { base_of_joint.clone() } else { format!("{base_of_joint}.{}", stage.word) };
             let (limits, speed) = bounds(report, &stage);
             self.joints.push(RobotJoint {
-                name: unique(joint_name, names),
+                name: unique(&joint_name, names),
                 moves: stage.moves,
                 axis: stage.axis,
                 parent: on,
@@ -146,7 +146,7 @@ impl Robot {
                 link(report, name.clone(), branch.child, placed.child_from_joint)
             } else {
                 Link {
-                    name: unique(format!("{name}.{}", stage.word), names),
+                    name: unique(&format!("{name}.{}", stage.word), names),
                     body: None,
                     features: Vec::new(),
                     radius: 0.0,
@@ -334,8 +334,8 @@ fn link(report: &Report<'_>, name: String, body: usize, place: Pose) -> Link {
 }
 
 /// The name, or the first with a number behind it that is still free.
-fn unique(name: String, names: &mut BTreeSet<String>) -> String {
-    let mut free = name.clone();
+fn unique(name: &str, names: &mut BTreeSet<String>) -> String {
+    let mut free = name.to_owned();
     let mut number = 2;
     while !names.insert(free.clone()) {
         free = format!("{name}_{number}");

@@ -87,8 +87,8 @@ fn robots_move_as_the_recordings_do_within_twice_the_noise() {
 #[test]
 fn names_that_are_taken_get_a_number() {
     let mut names = BTreeSet::from(["door".to_owned(), "door_2".to_owned()]);
-    assert_eq!(unique("door".into(), &mut names), "door_3");
-    assert_eq!(unique("wall".into(), &mut names), "wall");
+    assert_eq!(unique("door", &mut names), "door_3");
+    assert_eq!(unique("wall", &mut names), "wall");
 }
 
 #[test]
