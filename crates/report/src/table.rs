@@ -263,7 +263,7 @@ mod tests {
         let detection = Detector::new(configuration).detect(recording, None).expect("bodies");
         let table = |width| to_styled_table(&detection, Style { width: Some(width), colour: false });
         assert_eq!(table(1000), to_table(&detection));
-        for width in [200, 150, 100, 80, 60] {
+        for width in [200, 150, 100, 80] {
             let text = table(width);
             let rows: Vec<&str> = text.lines().skip(2).take_while(|line| !line.is_empty()).collect();
             assert!(rows.iter().all(|row| row.chars().count() <= width), "{width}: {text}");
@@ -273,7 +273,8 @@ mod tests {
                 "{text}"
             );
         }
-        assert!(table(60).contains("frame - top-drawer: prismatic 0.99") || table(60).contains("confidence"));
+        // Narrower than that, every pair is a line.
+        assert!(table(60).contains("frame - top-drawer: prismatic 0.99"));
         let coloured = to_styled_table(&detection, Style { width: None, colour: true });
         assert!(coloured.contains("\u{1b}[") && !table(1000).contains('\u{1b}'));
     }
