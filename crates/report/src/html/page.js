@@ -179,7 +179,7 @@
     map.colorSpace = "srgb";
     const material = new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false });
     const sprite = new THREE.Sprite(material);
-    sprite.scale.set(0.026 * canvas.width / canvas.height, 0.026, 1);
+    sprite.userData.wide = canvas.width / canvas.height;
     sprite.center.set(0, 0.5);
     sprite.renderOrder = 10;
     scene.add(sprite);
@@ -302,6 +302,8 @@
     scene.add(group);
   }
 
+  // Small beside its body, and visible beside all.
+  let ballSize = data.ball;
   const seen = new Vector3();
   const update = () => {
     const at = Math.round(frame);
@@ -315,7 +317,7 @@
       for (let feature = 0; feature < body.count; feature += 1) {
         const known = place(body, at, feature, point);
         if (known) middle.add(point.applyMatrix4(view)), count += 1;
-        const size = known ? data.ball : 0;
+        const size = known ? ballSize : 0;
         body.balls.setMatrixAt(feature, matrix.makeScale(size, size, size).setPosition(point));
       }
       body.balls.instanceMatrix.needsUpdate = true;
@@ -328,7 +330,7 @@
       });
       rods.needsUpdate = true;
       body.label.visible = visible && count > 0;
-      if (count) body.label.position.copy(middle.divideScalar(count)).addScaledVector(camera.up, data.ball * 3);
+      if (count) body.label.position.copy(middle.divideScalar(count)).addScaledVector(camera.up, ballSize * 2.5);
     });
     for (const joint of data.joints) {
       const shown = byId("joints").checked && !hidden.has(joint.moving);
@@ -385,6 +387,7 @@
       high.setComponent(axis, column[Math.ceil(0.99 * (column.length - 1))]);
     });
     const centre = low.clone().add(high).divideScalar(2), size = Math.max(1e-6, low.distanceTo(high) / 2);
+    ballSize = Math.min(Math.max(data.ball, 0.006 * size), 0.016 * size);
     const wide = Math.min(1, camera.aspect);
     controls.target.copy(centre);
     camera.position.copy(eye).multiplyScalar(0.92 * size / Math.tan(camera.fov * Math.PI / 360) / wide).add(centre);
@@ -442,6 +445,9 @@
     renderer.setSize(width, height, false);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
+    // Words are as high on every screen.
+    const high = 2 * 15 * Math.tan(camera.fov * Math.PI / 360) / height * 1.5;
+    for (const { label: sprite } of [...data.bodies, ...data.joints]) sprite.scale.set(high * sprite.userData.wide, high, 1);
     if (!framed) { frameAll(); framed = true; }
     paint();
   };

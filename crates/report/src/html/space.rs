@@ -64,7 +64,7 @@ pub(super) fn data(report: &Report<'_>, views: &[PairView], colours: &[&'static 
         "size": outlook.size,
         "up": outlook.up.as_slice(),
         "eye": outlook.eye.as_slice(),
-        "ball": ball(&ways, outlook.size),
+        "ball": ball(&ways),
         "base": detection.structure.base,
         "bodies": bodies,
         "joints": joints,
@@ -189,14 +189,13 @@ fn trail(ways: &[Trajectory]) -> Vec<usize> {
     chosen
 }
 
-/// A ball for a feature: small beside its body, and visible beside all.
-fn ball(ways: &[Vec<Trajectory>], size: f64) -> f64 {
+/// Radius of a ball for a feature, small beside its body, metres; 0 where no body has two.
+fn ball(ways: &[Vec<Trajectory>]) -> f64 {
     let of_body = |ways: &Vec<Trajectory>| {
         let first: Vec<Point3<f64>> = ways.iter().map(|way| way[0].1).collect();
         (first.len() > 1).then(|| reach(first.iter()))
     };
-    let typical = median(ways.iter().filter_map(of_body).collect());
-    (0.05 * typical).clamp(0.004 * size, 0.012 * size)
+    0.05 * median(ways.iter().filter_map(of_body).collect())
 }
 
 fn joint(detection: &Detection, index: usize, view: &PairView, frames: &[usize]) -> Option<Value> {

@@ -28,28 +28,28 @@ const COLUMNS: usize = 3;
 /// Height of a heading, pixels.
 const HEAD: f64 = 62.0;
 /// Pairs that a summary names.
-const LISTED: usize = 9;
+const LISTED: usize = 7;
 
 /// A picture of the whole: the recording with the joints in it, and what every pair does.
 pub fn to_svg(report: &Report<'_>) -> String {
     let detection = report.detection;
-    let width = WIDTH * COLUMNS as f64;
-    let mut svg = scene::draw(report, [640.0, 520.0]);
-    let mut y = 30.0;
+    let [width, height] = [WIDTH * COLUMNS as f64, 440.0];
+    let mut svg = scene::draw(report, [620.0, height]);
+    let mut y = 24.0;
     let order = in_order(report);
     for &pair in order.iter().take(LISTED) {
-        svg += &line(&detection.pairs[pair], [660.0, y], 46);
+        svg += &line(&detection.pairs[pair], [644.0, y], 40);
         y += 54.0;
     }
     if order.len() > LISTED {
         let _ = write!(
             svg,
-            "<text class=\"faint\" x=\"704\" y=\"{}\" font-size=\"12\" fill=\"{FAINT}\">and {} other pairs</text>",
+            "<text class=\"faint\" x=\"688\" y=\"{}\" font-size=\"12\" fill=\"{FAINT}\">and {} other pairs</text>",
             pixel(y + 12.0),
             order.len() - LISTED
         );
     }
-    document([width, 520.0], &svg)
+    document([width, height], &svg)
 }
 
 /// The recording with the joints in it, and nothing else.
@@ -90,7 +90,7 @@ fn line(pair: &PairDetection, [x, y]: [f64; 2], most: usize) -> String {
         pixel(y + 14.0),
         escaped(&shortened(&sentence(pair), most)),
         pixel(y + 31.0),
-        escaped(&shortened(&known, most + 14)),
+        escaped(&shortened(&known, most + 16)),
     )
 }
 

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Points of all trajectories together.
-const POINTS: usize = 4000;
+const POINTS: usize = 7500;
 const MARGIN: f64 = 46.0;
 
 /// An orthographic picture of a size in pixels, with its corner at the origin.
