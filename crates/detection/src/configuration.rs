@@ -102,6 +102,8 @@ pub struct OutputSettings {
     pub urdf: bool,
     /// Whether `--out` writes mechanism.xml, for the simulator `MuJoCo`.
     pub mjcf: bool,
+    /// Whether `--out` writes recording.mcap, a log for viewers of robots; by programs built with the feature `mcap`.
+    pub mcap: bool,
 }
 
 impl Configuration {

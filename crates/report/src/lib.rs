@@ -3,6 +3,8 @@
 mod html;
 mod joint_motion;
 mod json;
+#[cfg(feature = "mcap")]
+mod live;
 mod outlook;
 mod pair_view;
 mod picture;
@@ -15,6 +17,8 @@ mod words;
 
 pub use html::to_html;
 pub use json::to_json;
+#[cfg(feature = "mcap")]
+pub use live::to_mcap;
 pub use picture::{pairs_to_svg, to_svg};
 pub use printable::printable;
 pub use report::Report;

@@ -80,6 +80,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let threads = usize::from(arguments.threads);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::usage)?;
     let wanted = configuration.output.clone();
+    if wanted.mcap && cfg!(not(feature = "mcap")) {
+        let place = place::of_word(&file.text, "output", "mcap", "");
+        let error = SettingsError::at(place, "this program was built without the feature `mcap`");
+        return Err(file.failure(error.help("build it with `--features mcap`, or take `mcap` out")));
+    }
     let detector = Detector::new(configuration);
     detector.check_base(&recording).map_err(|error| refused(&error, &file))?;
     let detection = pool
@@ -87,7 +92,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|error| refused(&error, &file))?;
     let report = Report { detection: &detection, recording: &recording, settings: &file.text };
     if let Some(folder) = &arguments.out {
-        let files = files(&report, &wanted);
+        #[cfg_attr(not(feature = "mcap"), allow(unused_mut))]
+        let mut files = files(&report, &wanted);
+        #[cfg(feature = "mcap")]
+        if wanted.mcap {
+            let log = jointscope_report::to_mcap(&report).map_err(Failure::data)?;
+            files.push(("recording.mcap".into(), log));
+        }
         let paths: Vec<PathBuf> = files.iter().map(|(name, _)| folder.join(name)).collect();
         let files: Vec<(&Path, &[u8])> =
             paths.iter().map(PathBuf::as_path).zip(files.iter().map(|(_, content)| content.as_slice())).collect();
