@@ -64,7 +64,12 @@ pub(crate) fn range(values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] 
     if least > most {
         return [0.0, 1.0];
     }
-    let size = (most - least).max(1e-9 * least.abs().max(most.abs())).max(1e-12);
+    if least == most {
+        // So little that it is seen as one value, and so much that it is a range.
+        let half = (1e-6 * least.abs()).max(1e-6);
+        return [least - half, most + half];
+    }
+    let size = most - least;
     [least - margin * size, most + margin * size]
 }
 

@@ -124,7 +124,8 @@ pub(super) fn joined<'w>(
     // Thinning leaves gaps of its own.
     let usual = 3 * longest.div_ceil(way.len().max(1)).max(2);
     let mut steps: Vec<f64> = way.windows(2).map(|pair| nalgebra::distance(&pair[0].1, &pair[1].1)).collect();
-    let leap = 6.0 * jointscope_motion::quantile(&mut steps, 0.9) + f64::MIN_POSITIVE;
+    let leap = if steps.is_empty() { 0.0 } else { 6.0 * jointscope_motion::quantile(&mut steps, 0.9) };
+    let leap = leap + f64::MIN_POSITIVE;
     way.iter().enumerate().flat_map(move |(k, sample)| {
         let before = k.checked_sub(1).map(|k| &way[k]);
         let apart = |&(frame, point): &(usize, Point3<f64>)| {

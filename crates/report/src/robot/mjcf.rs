@@ -53,7 +53,7 @@ fn body(robot: &Robot, link: usize, place: &Pose, joints: &str, depth: usize, xm
     let _ = writeln!(
         xml,
         "{indent}<body name=\"{}\" pos=\"{}\" quat=\"{}\">",
-        escaped(name),
+        escaped(&allowed(name)),
         numbers(place.translation.vector.iter().copied()),
         numbers([q.w, q.i, q.j, q.k])
     );
@@ -79,6 +79,11 @@ fn body(robot: &Robot, link: usize, place: &Pose, joints: &str, depth: usize, xm
         }
     }
     let _ = writeln!(xml, "{indent}</body>");
+}
+
+/// The name of a body that the format allows: its world has a name already.
+fn allowed(name: &str) -> String {
+    if name == "world" { "world_2".into() } else { name.into() }
 }
 
 /// The joints from one to the next body, and the index of the last of them.
