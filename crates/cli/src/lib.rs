@@ -13,6 +13,7 @@ mod command;
 mod failure;
 mod output;
 mod place;
+mod terminal;
 
 use std::process::ExitCode;
 
@@ -38,6 +39,8 @@ enum Command {
     Simulate(command::simulate::Arguments),
     Reproduce(command::reproduce::Arguments),
     Evaluate(command::evaluate::Arguments),
+    Completions(command::completions::Arguments),
+    Man(command::man::Arguments),
 }
 
 /// The program: reads the command line, does what it says, and tells how it went.
@@ -54,6 +57,8 @@ pub fn main() -> ExitCode {
         Command::Simulate(arguments) => command::simulate::run(&arguments),
         Command::Reproduce(arguments) => command::reproduce::run(&arguments),
         Command::Evaluate(arguments) => command::evaluate::run(&arguments),
+        Command::Completions(arguments) => command::completions::run(&arguments),
+        Command::Man(arguments) => command::man::run(&arguments),
     };
     done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
 }

@@ -7,21 +7,21 @@ use jointscope_models::toml::{
     de::{DeTable, DeValue},
 };
 
-/// Where `[recording]` says `word` under a key: the word itself, the whole value if the word is not in it, or nothing
+/// Where a table says `word` under a key: the word itself, the whole value if the word is not in it, or nothing
 /// if there is no such key.
-pub(crate) fn in_recording(text: &str, key: &str, word: &str) -> Range<usize> {
+pub(crate) fn of_word(text: &str, table: &str, key: &str, word: &str) -> Range<usize> {
     let find = || {
         let root = DeTable::parse(text).ok()?;
-        let value = root.as_ref().get("recording")?.as_ref().as_table()?.get(key)?;
-        Some(of_word(value, word).unwrap_or_else(|| value.span()))
+        let value = root.as_ref().get(table)?.as_ref().as_table()?.get(key)?;
+        Some(in_value(value, word).unwrap_or_else(|| value.span()))
     };
     find().unwrap_or(0..0)
 }
 
-fn of_word(value: &Spanned<DeValue<'_>>, word: &str) -> Option<Range<usize>> {
+fn in_value(value: &Spanned<DeValue<'_>>, word: &str) -> Option<Range<usize>> {
     match value.as_ref() {
         DeValue::String(found) => (found == word).then(|| value.span()),
-        DeValue::Array(values) => values.iter().find_map(|value| of_word(value, word)),
+        DeValue::Array(values) => values.iter().find_map(|value| in_value(value, word)),
         _ => None,
     }
 }
@@ -33,8 +33,8 @@ mod tests {
     #[test]
     fn words_are_found_in_lists_of_lists() {
         let text = "[recording]\nworld = 'w'\npairs = [['a', 'b'], ['a', 'c']]";
-        assert_eq!(&text[in_recording(text, "pairs", "c")], "'c'");
-        assert_eq!(&text[in_recording(text, "world", "other")], "'w'");
-        assert_eq!(in_recording(text, "scene", "w"), 0..0);
+        assert_eq!(&text[of_word(text, "recording", "pairs", "c")], "'c'");
+        assert_eq!(&text[of_word(text, "recording", "world", "other")], "'w'");
+        assert_eq!(of_word(text, "recording", "scene", "w"), 0..0);
     }
 }

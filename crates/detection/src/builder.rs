@@ -4,7 +4,7 @@ use jointscope_models::JointModel;
 use jointscope_motion::MotionSettings;
 use jointscope_scoring::{RuleError, ScoringSettings};
 
-use crate::{Configuration, NamedModel, RecordingSettings, configuration::rule};
+use crate::{Configuration, NamedModel, OutputSettings, RecordingSettings, configuration::rule};
 
 /// Makes a [`Configuration`] from models and settings in code.
 ///
@@ -66,6 +66,12 @@ impl ConfigurationBuilder {
     pub fn build(mut self) -> Result<Configuration, RuleError> {
         self.models.sort_by(|a, b| a.name.cmp(&b.name));
         let rule = rule(&self.scoring, &self.models)?;
-        Ok(Configuration { recording: RecordingSettings::default(), motion: self.motion, models: self.models, rule })
+        Ok(Configuration {
+            recording: RecordingSettings::default(),
+            motion: self.motion,
+            models: self.models,
+            rule,
+            output: OutputSettings::default(),
+        })
     }
 }

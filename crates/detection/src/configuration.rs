@@ -9,7 +9,7 @@ use jointscope_models::{
 use jointscope_motion::MotionSettings;
 use jointscope_scoring::{Announcement, Rule, RuleError, RuleKind, ScoringSettings};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
@@ -31,7 +31,7 @@ pub(crate) const DEFAULT_MODELS: &str = "
 ";
 
 /// The tables of a configuration.
-pub(crate) const TABLES: [&str; 4] = ["recording", "motion", "models", "scoring"];
+pub(crate) const TABLES: [&str; 5] = ["recording", "motion", "models", "scoring", "output"];
 
 /// Everything that decides how a recording is read and judged.
 #[derive(Debug)]
@@ -44,6 +44,8 @@ pub struct Configuration {
     pub models: Vec<NamedModel>,
     /// The rule that judges.
     pub rule: Rule,
+    /// What is written.
+    pub output: OutputSettings,
 }
 
 /// A joint model under the name that rules and results use.
@@ -86,6 +88,27 @@ pub struct RecordingSettings {
     pub frames: Option<usize>,
 }
 
+/// What is written of the result. Writing it is the program's task.
+#[allow(clippy::struct_excessive_bools, reason = "every file is a switch of its own")]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct OutputSettings {
+    /// The body from which the mechanism is seen, the root of robot descriptions; if left out, one at rest, or the one
+    /// with most joints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base: Option<String>,
+    /// Whether `--out` writes report.html, a page with everything in pictures.
+    pub html: bool,
+    /// Whether `--out` writes report.svg, and pair-1.svg and so on.
+    pub svg: bool,
+    /// Whether `--out` writes mechanism.urdf.
+    pub urdf: bool,
+    /// Whether `--out` writes mechanism.xml, for the simulator `MuJoCo`.
+    pub mjcf: bool,
+    /// Whether `--out` writes recording.mcap, a log for viewers of robots; by programs built with the feature `mcap`.
+    pub mcap: bool,
+}
+
 impl Configuration {
     /// Reads a configuration.
     ///
@@ -102,6 +125,7 @@ impl Configuration {
         let mut recording: RecordingSettings = table(&mut root, "recording")?;
         check_recording(&recording, &spans)?;
         let motion = table(&mut root, "motion")?;
+        let output = table(&mut root, "output")?;
         if recording.pairs.as_ref().is_some_and(Vec::is_empty) {
             recording.pairs = None;
         }
@@ -117,7 +141,7 @@ impl Configuration {
         let scoring: ScoringSettings = table(&mut root, "scoring")?;
         check_scoring(&scoring, &spans)?;
         let rule = rule(&scoring, &models).map_err(|error| place::in_text(text, error))?;
-        Ok(Self { recording, motion, models, rule })
+        Ok(Self { recording, motion, models, rule, output })
     }
 }
 

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use jointscope_models::{Axis, AxisUncertainty, FitError, JointFit, Positions};
-use jointscope_motion::{DepthGain, Noise};
+use jointscope_motion::{DepthGain, Noise, Pose};
 use jointscope_scoring::{Explanation, Verdict};
+
+use crate::Structure;
 
 /// The joints of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +19,10 @@ pub struct Detection {
     pub duration: Option<f64>,
     /// Every pair, in order of bodies or as asked.
     pub pairs: Vec<PairDetection>,
+    /// `recording_from_body` of every body in every frame, as far as its orientation is seen.
+    pub poses: Vec<Vec<Option<Pose>>>,
+    /// The mechanism that the pairs make.
+    pub structure: Structure,
 }
 
 /// The joint between two bodies.

@@ -11,7 +11,7 @@ use jointscope_motion::{
 use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
 use rayon::prelude::*;
 
-use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection};
+use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, Structure};
 
 /// Name of the body at rest that a recording of one body is analysed against.
 const WORLD: &str = "world";
@@ -185,10 +185,13 @@ impl Detector {
         watch: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Detection, DetectionError> {
         let pairs = chosen(&recording, pairs)?;
+        self.check_base(&recording)?;
         let recording = match recording.bodies() {
             [_] => recording.with_world(WORLD).map_err(DetectionError::World)?,
             _ => recording,
         };
+        let base = self.configuration.output.base.as_ref();
+        let base = base.and_then(|name| recording.bodies().iter().position(|body| body.name() == name));
         let settings = &self.configuration.motion;
         let undo = |body: &Body| undo_depth_gain(body, settings.depth_gain);
         let undone: Vec<Option<(Body, DepthGain)>> = recording.bodies().par_iter().map(undo).collect();
@@ -214,11 +217,15 @@ impl Detector {
             let [reference, moving] = [&pair.reference, &pair.moving].map(String::clone);
             return Err(DetectionError::Rule { reference, moving, error: Box::new(fault.clone()) });
         }
+        let poses: Vec<_> = watched.iter().map(|body| body.motion.likely_poses().to_vec()).collect();
+        let structure = Structure::of(recording.bodies(), &poses, &judged, base);
         Ok(Detection {
             bodies: bodies.iter().map(|(body, _)| body.name().to_owned()).collect(),
             frames: recording.frames(),
             duration: recording.duration(),
             pairs: judged,
+            poses,
+            structure,
         })
     }
 
@@ -254,6 +261,20 @@ impl Detector {
     /// As [`Detector::detect`].
     pub fn check(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<(), DetectionError> {
         chosen(recording, pairs).map(drop)
+    }
+
+    /// Refuses a recording without the body that the configuration names as base.
+    ///
+    /// # Errors
+    /// [`DetectionError::UnknownBase`].
+    pub fn check_base(&self, recording: &Recording) -> Result<(), DetectionError> {
+        let Some(base) = &self.configuration.output.base else { return Ok(()) };
+        let known = names_of(recording);
+        if known.contains(&base.as_str()) {
+            return Ok(());
+        }
+        let known = known.iter().map(ToString::to_string).collect();
+        Err(DetectionError::UnknownBase { name: base.clone(), known })
     }
 
     /// Judges one pair.
@@ -499,17 +520,23 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
 
 /// The pairs asked for, or all; the world, where there will be one, counts as the first body.
 fn chosen(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<Vec<Pair>, DetectionError> {
-    let mut names: Vec<&str> = recording.bodies().iter().map(Body::name).collect();
-    if let [only] = names[..] {
-        if only == WORLD {
-            return Err(DetectionError::World(MotionError::DuplicateName { body: only.into() }));
-        }
-        names.insert(0, WORLD);
+    let names = names_of(recording);
+    if let [WORLD, WORLD] = names[..] {
+        return Err(DetectionError::World(MotionError::DuplicateName { body: WORLD.into() }));
     }
     match pairs {
         Some(pairs) => pairs.iter().map(|pair| find_pair(&names, pair)).collect(),
         None => Ok((0..names.len()).flat_map(|i| (i + 1..names.len()).map(move |j| (i, j))).collect()),
     }
+}
+
+/// The bodies' names, with that of the world where there will be one.
+fn names_of(recording: &Recording) -> Vec<&str> {
+    let mut names: Vec<&str> = recording.bodies().iter().map(Body::name).collect();
+    if names.len() == 1 {
+        names.insert(0, WORLD);
+    }
+    names
 }
 
 fn find_pair(names: &[&str], [reference, moving]: &[String; 2]) -> Result<Pair, DetectionError> {

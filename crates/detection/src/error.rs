@@ -31,6 +31,14 @@ pub enum DetectionError {
         /// What is wrong, and where in the rule.
         error: Box<RuleError>,
     },
+    /// The base of the mechanism is no body.
+    #[error("the base of the mechanism is to be `{name}`, but the recording has {}", list(known))]
+    UnknownBase {
+        /// The name.
+        name: String,
+        /// The bodies there are.
+        known: Vec<String>,
+    },
     /// The world cannot be added.
     #[error(
         "a recording of one body is analysed against the world, but {0}; give the world another name by `world` under [recording]"

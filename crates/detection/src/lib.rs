@@ -21,15 +21,19 @@ mod configuration;
 mod detection;
 mod detector;
 mod error;
+mod kind;
 pub mod place;
 pub mod schema;
 pub mod starter;
+mod structure;
 
 pub use builder::ConfigurationBuilder;
-pub use configuration::{Configuration, NamedModel, RecordingSettings};
+pub use configuration::{Configuration, NamedModel, OutputSettings, RecordingSettings};
 pub use detection::{Detection, ModelFinding, PairDetection};
 pub use detector::Detector;
 pub use error::DetectionError;
+pub use kind::JointKind;
+pub use structure::{Branch, Coupling, Indirect, Structure};
 
 pub use jointscope_models::settings::SettingsError;
 pub use jointscope_scoring::{Account, Explanation, Quantity, RuleError, RuleKind, ScoringSettings};

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema, schema_for};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 
-use crate::RecordingSettings;
+use crate::{OutputSettings, RecordingSettings};
 
 /// One table of a configuration, but for the models: its settings and their defaults.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ impl Table {
     }
 }
 
-/// The tables of a configuration in their usual order; the models stand before the last.
+/// The tables of a configuration in their usual order; the models stand before the rule.
 pub fn tables() -> Vec<Table> {
     let recording = Table {
         name: "recording",
@@ -39,7 +39,12 @@ pub fn tables() -> Vec<Table> {
         // Nothing is analysed unless it is named.
         defaults: toml::Table::new(),
     };
-    vec![recording, Table::of::<MotionSettings>("motion"), Table::of::<ScoringSettings>("scoring")]
+    vec![
+        recording,
+        Table::of::<MotionSettings>("motion"),
+        Table::of::<ScoringSettings>("scoring"),
+        Table::of::<OutputSettings>("output"),
+    ]
 }
 
 /// The schema of configurations, JSON Schema draft 7, by which editors complete and check TOML.

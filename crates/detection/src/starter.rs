@@ -51,12 +51,10 @@ pub const PROFILES: [Profile; 3] = [
     },
     Profile {
         name: "monocular",
-        summary: "bodies tracked by a single camera, whose scale and depth are not known",
+        summary: "bodies tracked by a single camera, whose depth is not known",
         differences: "
             [motion]
             depth_gain = 'estimate'
-            [scale]
-            search = 'closed-form'
         ",
         default_models: true,
     },

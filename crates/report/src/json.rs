@@ -21,6 +21,7 @@ pub fn to_json(detection: &Detection) -> String {
         version: 1,
         recording: Recording { bodies: &detection.bodies, frames: detection.frames, duration: detection.duration },
         pairs: detection.pairs.iter().map(Pair::of).collect(),
+        structure: Structure::of(detection),
     };
     let mut text = serde_json::to_string_pretty(&result).expect("keys are strings, and non-finite numbers become null");
     text.push('\n');
@@ -33,6 +34,7 @@ struct Result<'d> {
     version: u32,
     recording: Recording<'d>,
     pairs: Vec<Pair<'d>>,
+    structure: Structure<'d>,
 }
 
 #[derive(Serialize)]
@@ -159,6 +161,74 @@ struct Model<'d> {
     log_evidence: Option<f64>,
     error: Option<String>,
     notes: &'d [String],
+}
+
+#[derive(Serialize)]
+struct Structure<'d> {
+    base: &'d str,
+    links: Vec<Vec<&'d str>>,
+    joints: Vec<Branch<'d>>,
+    indirect: Vec<Indirect<'d>>,
+    couplings: Vec<Coupling<'d>>,
+}
+
+#[derive(Serialize)]
+struct Branch<'d> {
+    parent: &'d str,
+    child: &'d str,
+    joint: Option<&'d str>,
+    pair: Option<[&'d str; 2]>,
+}
+
+#[derive(Serialize)]
+struct Indirect<'d> {
+    pair: [&'d str; 2],
+    way: Vec<[&'d str; 2]>,
+    closes_loop: bool,
+}
+
+#[derive(Serialize)]
+struct Coupling<'d> {
+    pair: [&'d str; 2],
+    of: [&'d str; 2],
+    ratio: f64,
+    offset: f64,
+}
+
+impl<'d> Structure<'d> {
+    fn of(detection: &'d Detection) -> Self {
+        let structure = &detection.structure;
+        let name = |body: usize| detection.bodies[body].as_str();
+        let ends = |pair: usize| [detection.pairs[pair].reference.as_str(), detection.pairs[pair].moving.as_str()];
+        let branch = |branch: &jointscope_detection::Branch| Branch {
+            parent: name(branch.parent),
+            child: name(branch.child),
+            joint: branch.pair.map(|pair| detection.pairs[pair].verdict.joint.as_str()),
+            pair: branch.pair.map(ends),
+        };
+        let indirect = |indirect: &jointscope_detection::Indirect| Indirect {
+            pair: ends(indirect.pair),
+            way: indirect.way.iter().map(|&pair| ends(pair)).collect(),
+            closes_loop: indirect.closes_loop,
+        };
+        let coupling = |coupling: &jointscope_detection::Coupling| Coupling {
+            pair: ends(coupling.pair),
+            of: ends(coupling.of),
+            ratio: coupling.ratio,
+            offset: coupling.offset,
+        };
+        Self {
+            base: name(structure.base),
+            links: structure
+                .links(&detection.pairs)
+                .iter()
+                .map(|link| link.iter().map(|&body| name(body)).collect())
+                .collect(),
+            joints: structure.branches.iter().map(branch).collect(),
+            indirect: structure.indirect.iter().map(indirect).collect(),
+            couplings: structure.couplings.iter().map(coupling).collect(),
+        }
+    }
 }
 
 /// One degree of freedom is a number, several are an array.

@@ -1,54 +1,137 @@
 //! The result as a table for the terminal.
 
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
-use jointscope_detection::{Detection, PairDetection};
+use comfy_table::{Attribute, Cell, CellAlignment, Color, ContentArrangement, Table, presets};
+use jointscope_detection::{Detection, JointKind, PairDetection};
 use jointscope_models::Positions;
 
-use crate::printable;
+use crate::{printable, tree};
 
 /// Pairs that are named above their common notes; of more, the number is given.
 const NAMED_PAIRS: usize = 4;
 
-/// The detection as a table with one row per pair, followed by the notes.
+/// How a table is shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Style {
+    /// Columns of the terminal, which the table keeps to by leaving out what is least needed; `None` for no limit.
+    pub width: Option<usize>,
+    /// Whether colours are shown.
+    pub colour: bool,
+}
+
+/// The detection as a table with one row per pair, followed by the mechanism and the notes.
 ///
 /// *Convention.* Lengths in metres, angles in degrees. A `?` behind a joint means that it is not determined. A note
 /// that several pairs have in common is given once, under the names of the pairs.
 pub fn to_table(detection: &Detection) -> String {
+    to_styled_table(detection, Style::default())
+}
+
+/// As [`to_table`], in colours, and within the width of a terminal: a table that is too wide has the verdict's confidence
+/// only, or else no axes, or else a line for every pair.
+pub fn to_styled_table(detection: &Detection, style: Style) -> String {
     let bodies = count(detection.bodies.len(), "body", "bodies");
     let frames = count(detection.frames, "frame", "frames");
     let duration = detection.duration.map_or_else(String::new, |duration| format!(", {} s", number(duration, 2)));
     let mut text = format!("{bodies}, {frames}{duration}\n\n");
-    let Some(first) = detection.pairs.first() else { return text + "no pair to judge\n" };
-
-    let joints: Vec<String> = first.verdict.confidences.iter().map(|(joint, _)| printable(joint)).collect();
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
-    let head = ["reference", "moving", "joint"].map(String::from).into_iter();
-    let tail = ["axis direction", "axis point [m]", "positions"].map(String::from);
-    table.set_header(head.chain(joints.iter().cloned()).chain(tail));
-    let cells: [fn(&PairDetection) -> Vec<String>; 3] = [direction, point, ranges];
-    let [directions, points, positions] =
-        cells.map(|words| aligned(&detection.pairs.iter().map(words).collect::<Vec<_>>()));
-    for (index, pair) in detection.pairs.iter().enumerate() {
-        let joint = format!("{}{}", printable(&pair.verdict.joint), if pair.determined { "" } else { " ?" });
-        let names = [printable(&pair.reference), printable(&pair.moving), joint];
-        let confidences = pair.verdict.confidences.iter().map(|(_, confidence)| format!("{confidence:.3}"));
-        let places = [&directions, &points, &positions].map(|column| column[index].clone());
-        table.add_row(names.into_iter().chain(confidences).chain(places));
+    if detection.pairs.is_empty() {
+        return text + "no pair to judge\n";
     }
-    for column in 3..3 + joints.len() {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    for line in table.lines() {
+    let fits = |shown: &Shown| {
+        let lines = table(detection, shown, Style { colour: false, ..style });
+        style.width.is_none_or(|width| lines.iter().all(|line| line.chars().count() <= width))
+    };
+    let shown = [Shown { all: true, axes: true }, Shown { all: false, axes: true }, Shown { all: false, axes: false }];
+    let lines = match shown.into_iter().find(fits) {
+        Some(shown) => table(detection, &shown, style),
+        None => lines(detection, style),
+    };
+    for line in lines {
         text += line.trim_end();
         text.push('\n');
     }
     if detection.pairs.iter().any(|pair| !pair.determined) {
         text += "\n? not determined: the notes say why\n";
     }
-    text + &notes(&detection.pairs)
+    text + &tree::to_lines(detection) + &notes(&detection.pairs)
+}
+
+/// What of a table is shown.
+struct Shown {
+    /// Whether the confidences of all joints are shown, or only the verdict's.
+    all: bool,
+    axes: bool,
+}
+
+fn table(detection: &Detection, shown: &Shown, style: Style) -> Vec<String> {
+    let joints: Vec<String> = match detection.pairs.first() {
+        Some(first) if shown.all => first.verdict.confidences.iter().map(|(joint, _)| printable(joint)).collect(),
+        _ => vec!["confidence".into()],
+    };
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
+    if style.colour {
+        table.enforce_styling();
+    }
+    let tail: &[&str] = if shown.axes { &["axis direction", "axis point [m]", "positions"] } else { &["positions"] };
+    let head = ["reference", "moving", "joint"].into_iter().map(String::from).chain(joints.iter().cloned());
+    let head = head.chain(tail.iter().map(ToString::to_string)).map(|word| styled(word, style, &[Attribute::Bold]));
+    table.set_header(head);
+    let cells: &[fn(&PairDetection) -> Vec<String>] = if shown.axes { &[direction, point, ranges] } else { &[ranges] };
+    let places: Vec<Vec<String>> =
+        cells.iter().map(|words| aligned(&detection.pairs.iter().map(words).collect::<Vec<_>>())).collect();
+    for (index, pair) in detection.pairs.iter().enumerate() {
+        let names = [&pair.reference, &pair.moving].map(|name| Cell::new(printable(name)));
+        let confidence = |joint: &str, confidence: f64| {
+            let emphasis = if joint == pair.verdict.joint { Attribute::Bold } else { Attribute::Dim };
+            styled(format!("{confidence:.3}"), style, &[emphasis])
+        };
+        let confidences: Vec<Cell> = if shown.all {
+            pair.verdict.confidences.iter().map(|(joint, value)| confidence(joint, *value)).collect()
+        } else {
+            vec![confidence(&pair.verdict.joint, pair.verdict.confidence)]
+        };
+        let places = places.iter().map(|column| Cell::new(&column[index]));
+        table.add_row(names.into_iter().chain([verdict(pair, style)]).chain(confidences).chain(places));
+    }
+    for column in 3..3 + joints.len() {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table.lines().collect()
+}
+
+fn verdict(pair: &PairDetection, style: Style) -> Cell {
+    let joint = format!("{}{}", printable(&pair.verdict.joint), if pair.determined { "" } else { " ?" });
+    let colour = match (pair.determined, pair.kind()) {
+        (false, _) => Color::DarkYellow,
+        (true, JointKind::Disconnected) => Color::Reset,
+        (true, _) => Color::DarkGreen,
+    };
+    let cell = Cell::new(joint);
+    if style.colour { cell.fg(colour) } else { cell }
+}
+
+fn styled(text: String, style: Style, attributes: &[Attribute]) -> Cell {
+    let cell = Cell::new(text);
+    if style.colour { cell.add_attributes(attributes.to_vec()) } else { cell }
+}
+
+/// A line for every pair.
+fn lines(detection: &Detection, style: Style) -> Vec<String> {
+    let line = |pair: &PairDetection| {
+        let joint = format!("{}{}", printable(&pair.verdict.joint), if pair.determined { "" } else { " ?" });
+        let joint = if style.colour { format!("\u{1b}[1m{joint}\u{1b}[0m") } else { joint };
+        let positions = ranges(pair).join(" ");
+        let comma = if positions.is_empty() { "" } else { ", " };
+        format!(
+            "{} - {}: {joint} {:.3}{comma}{positions}",
+            printable(&pair.reference),
+            printable(&pair.moving),
+            pair.verdict.confidence
+        )
+    };
+    detection.pairs.iter().map(line).collect()
 }
 
 fn count(n: usize, one: &str, several: &str) -> String {
@@ -167,7 +250,34 @@ fn heading(pairs: &[PairDetection], of: &[usize]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use jointscope_detection::{Configuration, Detector};
+    use jointscope_models::Catalog;
+    use jointscope_scenes::{SceneOptions, simulate};
+
     use super::*;
+
+    #[test]
+    fn a_table_keeps_to_the_width_and_says_the_verdict_in_any() {
+        let recording = simulate("drawers", &SceneOptions::default()).expect("a scene").recording;
+        let configuration = Configuration::parse("", &Catalog::linked().expect("unique names")).expect("valid");
+        let detection = Detector::new(configuration).detect(recording, None).expect("bodies");
+        let table = |width| to_styled_table(&detection, Style { width: Some(width), colour: false });
+        assert_eq!(table(1000), to_table(&detection));
+        for width in [200, 150, 100, 80] {
+            let text = table(width);
+            let rows: Vec<&str> = text.lines().skip(2).take_while(|line| !line.is_empty()).collect();
+            assert!(rows.iter().all(|row| row.chars().count() <= width), "{width}: {text}");
+            assert_eq!(
+                rows.iter().filter(|row| row.contains("prismatic") && row.contains("drawer")).count(),
+                3,
+                "{text}"
+            );
+        }
+        // Narrower than that, every pair is a line.
+        assert!(table(60).contains("frame - top-drawer: prismatic 0.99"));
+        let coloured = to_styled_table(&detection, Style { width: None, colour: true });
+        assert!(coloured.contains("\u{1b}[") && !table(1000).contains('\u{1b}'));
+    }
 
     #[test]
     fn zero_has_no_sign_and_huge_numbers_stay_short() {

@@ -1,9 +1,11 @@
 //! The commands, one file each.
 
 pub(crate) mod check;
+pub(crate) mod completions;
 pub(crate) mod evaluate;
 mod explain;
 pub(crate) mod init;
+pub(crate) mod man;
 pub(crate) mod models;
 pub(crate) mod reproduce;
 pub(crate) mod run;

@@ -13,15 +13,19 @@ use std::{
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use jointscope_detection::{Configuration, Detection, DetectionError, Detector, RecordingSettings, SettingsError};
+use jointscope_detection::{
+    Configuration, Detection, DetectionError, Detector, OutputSettings, RecordingSettings, SettingsError,
+};
 use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
 use jointscope_recordings::{ReadOptions, RecordingError};
-use jointscope_report::{to_explanation, to_json, to_table};
+use jointscope_report::{
+    Report, pairs_to_svg, to_explanation, to_html, to_json, to_mjcf, to_styled_table, to_svg, to_urdf,
+};
 use jointscope_scenes::{SceneError, SceneOptions, simulate};
 
 use super::{catalog, explain, too_fast, unknown_scene};
-use crate::{failure::Failure, output, place};
+use crate::{failure::Failure, output, place, terminal};
 
 /// Find the joints between the bodies of a recording
 #[derive(Debug, Args)]
@@ -35,7 +39,7 @@ pub(crate) struct Arguments {
     /// A simulated scene, instead of the configuration's recording
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// Write detection.json into this folder
+    /// Write detection.json, and what [output] asks for, into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// What is printed
@@ -59,6 +63,14 @@ enum Printed {
     Table,
     /// Everything, for programs
     Json,
+    /// A page with everything in pictures, for a browser
+    Html,
+    /// A picture of the recording with its joints
+    Svg,
+    /// The mechanism as a robot description
+    Urdf,
+    /// The mechanism as MJCF
+    Mjcf,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -76,22 +88,64 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let threads = usize::from(arguments.threads);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::usage)?;
+    let wanted = configuration.output.clone();
+    if wanted.mcap && cfg!(not(feature = "mcap")) {
+        let place = place::of_word(&file.text, "output", "mcap", "");
+        let error = SettingsError::at(place, "this program was built without the feature `mcap`");
+        return Err(file.failure(error.help("build it with `--features mcap`, or take `mcap` out")));
+    }
     let detector = Detector::new(configuration);
+    detector.check_base(&recording).map_err(|error| refused(&error, &file))?;
     let mut detection = pool
-        .install(|| detect(&detector, recording, pairs, arguments.quiet))
+        .install(|| detect(&detector, recording.clone(), pairs, arguments.quiet))
         .map_err(|error| refused(&error, &file))?;
     for &index in &explained {
         detection.pairs[index].explanation = Some(detector.explain(&detection.pairs[index]));
     }
+    let report = Report { detection: &detection, recording: &recording, settings: &file.text };
     if let Some(folder) = &arguments.out {
-        output::write_files(&[(&folder.join("detection.json"), to_json(&detection).as_bytes())])?;
+        #[cfg_attr(not(feature = "mcap"), allow(unused_mut))]
+        let mut files = files(&report, &wanted);
+        #[cfg(feature = "mcap")]
+        if wanted.mcap {
+            let log = jointscope_report::to_mcap(&report).map_err(Failure::data)?;
+            files.push(("recording.mcap".into(), log));
+        }
+        let paths: Vec<PathBuf> = files.iter().map(|(name, _)| folder.join(name)).collect();
+        let files: Vec<(&Path, &[u8])> =
+            paths.iter().map(PathBuf::as_path).zip(files.iter().map(|(_, content)| content.as_slice())).collect();
+        output::write_files(&files)?;
     }
     output::print(&match arguments.format {
-        Printed::Table => explained
-            .iter()
-            .fold(to_table(&detection), |text, &index| text + "\n" + &to_explanation(&detection.pairs[index])),
+        Printed::Table => explained.iter().fold(to_styled_table(&detection, terminal::style()), |text, &index| {
+            text + "\n" + &to_explanation(&detection.pairs[index])
+        }),
         Printed::Json => to_json(&detection),
+        Printed::Html => to_html(&report),
+        Printed::Svg => to_svg(&report),
+        Printed::Urdf => to_urdf(&report),
+        Printed::Mjcf => to_mjcf(&report),
     })
+}
+
+/// The files that `--out` writes, by their names.
+fn files(report: &Report<'_>, wanted: &OutputSettings) -> Vec<(String, Vec<u8>)> {
+    let mut files = vec![("detection.json".to_owned(), to_json(report.detection).into_bytes())];
+    if wanted.html {
+        files.push(("report.html".into(), to_html(report).into_bytes()));
+    }
+    if wanted.svg {
+        files.push(("report.svg".into(), to_svg(report).into_bytes()));
+        let pairs = pairs_to_svg(report).into_iter().enumerate();
+        files.extend(pairs.map(|(number, svg)| (format!("pair-{}.svg", number + 1), svg.into_bytes())));
+    }
+    if wanted.urdf {
+        files.push(("mechanism.urdf".into(), to_urdf(report).into_bytes()));
+    }
+    if wanted.mjcf {
+        files.push(("mechanism.xml".into(), to_mjcf(report).into_bytes()));
+    }
+    files
 }
 
 /// A configuration's file, for errors that point into it.
@@ -107,7 +161,7 @@ impl ConfigurationFile<'_> {
 
     /// Something wrong with a word under `[recording]`.
     fn wrong(&self, key: &str, word: &str, message: String, help: &str) -> Failure {
-        let place = place::in_recording(&self.text, key, word);
+        let place = place::of_word(&self.text, "recording", key, word);
         self.failure(SettingsError::at(place, message).help(help))
     }
 }
@@ -225,6 +279,13 @@ fn refused(error: &DetectionError, file: &ConfigurationFile<'_>) -> Failure {
             let known: Vec<&str> = known.iter().map(String::as_str).collect();
             let help = settings::unknown("body", name, 0..0, &known).help.unwrap_or_default();
             file.wrong("pairs", name, format!("the recording has no body `{name}`"), &help)
+        }
+        DetectionError::UnknownBase { name, known } => {
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let help = settings::unknown("body", name, 0..0, &known).help.unwrap_or_default();
+            let place = place::of_word(&file.text, "output", "base", name);
+            let message = format!("the recording has no body `{name}` to be the base");
+            file.failure(SettingsError::at(place, message).help(help))
         }
         DetectionError::PairOfOne { name } => {
             file.wrong("pairs", name, error.to_string(), "name two bodies, the reference first")
