@@ -21,7 +21,7 @@ mod detection;
 mod detector;
 mod error;
 
-pub use configuration::{Configuration, NamedModel, RecordingSettings};
+pub use configuration::{Bodies, Configuration, NamedModel, RecordingSettings};
 pub use detection::{Detection, ModelFinding, PairDetection};
 pub use detector::Detector;
 pub use error::DetectionError;
