@@ -32,6 +32,8 @@ struct Arguments {
 enum Command {
     Run(command::run::Arguments),
     Models(command::models::Arguments),
+    Inspect(command::inspect::Arguments),
+    Convert(command::convert::Arguments),
     Simulate(command::simulate::Arguments),
     Reproduce(command::reproduce::Arguments),
     Evaluate(command::evaluate::Arguments),
@@ -45,6 +47,8 @@ pub fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Run(arguments) => command::run::run(&arguments),
         Command::Models(arguments) => command::models::run(&arguments),
+        Command::Inspect(arguments) => command::inspect::run(&arguments),
+        Command::Convert(arguments) => command::convert::run(&arguments),
         Command::Simulate(arguments) => command::simulate::run(&arguments),
         Command::Reproduce(arguments) => command::reproduce::run(&arguments),
         Command::Evaluate(arguments) => command::evaluate::run(&arguments),

@@ -1,11 +1,14 @@
 //! Markers put together to bodies.
 
-use glob::Pattern;
-use jointscope_motion::{Body, Recording, Tracks};
+use std::path::Path;
 
+use glob::Pattern;
+use jointscope_motion::{Body, MotionError, Recording, Tracks};
+
+use crate::pose_text::body_name;
 use crate::suggestion::suggest;
 use crate::text::quoted;
-use crate::{Markers, RecordingError};
+use crate::{Marker, Markers, RecordingError};
 
 /// Which markers make which body.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -13,6 +16,8 @@ pub enum Grouping {
     /// The bodies that the file itself tells: by the prefixes of markers, `Subject:Marker`, or by its columns.
     #[default]
     Own,
+    /// The same, and all further markers as one more body, named after the file; nothing that is seen is left out.
+    All,
     /// By patterns of markers' names.
     Patterns(Vec<BodyPatterns>),
     /// By constancy of distances: see [`suggest`].
@@ -37,18 +42,16 @@ pub struct BodyPatterns {
 /// [`RecordingError::Pattern`] for a pattern that matches nothing or cannot be understood, or a marker in two bodies;
 /// [`RecordingError::Ungrouped`] if the file tells no bodies, or none can be suggested; [`RecordingError::Motion`], for
 /// instance for a body without any sample.
-pub fn group(
-    markers: Markers,
-    grouping: &Grouping,
-    path: &std::path::Path,
-) -> Result<(Recording, Vec<String>), RecordingError> {
+pub fn group(markers: Markers, grouping: &Grouping, path: &Path) -> Result<(Recording, Vec<String>), RecordingError> {
     let mut notes = markers.notes.clone();
     let groups = match grouping {
         Grouping::Own => own(&markers, path, &mut notes)?,
+        Grouping::All => all(&markers, path, &mut notes),
         Grouping::Patterns(patterns) => by_patterns(&markers, patterns, path)?,
         Grouping::Suggested => suggested(&markers, path, &mut notes)?,
     };
-    if *grouping != Grouping::Own {
+    let by_name = matches!(grouping, Grouping::Patterns(_) | Grouping::Suggested);
+    if by_name {
         let alone = (0..markers.markers.len()).filter(|&marker| !groups.iter().any(|(_, members)| members.has(marker)));
         let alone: Vec<&str> = alone.map(|marker| markers.markers[marker].name.as_str()).collect();
         notes.extend(left_out(&alone, "are in no body, and left out"));
@@ -56,7 +59,11 @@ pub fn group(
     let mut bodies = Vec::new();
     for (name, members) in groups {
         let body = match members {
-            Members::Markers(features) => body(name, &features, &markers),
+            Members::Markers(features) => {
+                let label = |marker: &Marker| if by_name { marker.name.clone() } else { marker.label.clone() };
+                let labels = features.iter().map(|&feature| label(&markers.markers[feature])).collect();
+                body(name, labels, &features, &markers)
+            }
             Members::Poses(index) => Body::from_poses(name, markers.poses[index].1.clone()),
         };
         bodies.push(body.map_err(RecordingError::motion(path))?);
@@ -67,7 +74,7 @@ pub fn group(
 }
 
 /// What a body is made of.
-enum Members {
+pub(crate) enum Members {
     Markers(Vec<usize>),
     Poses(usize),
 }
@@ -78,20 +85,29 @@ impl Members {
     }
 }
 
-type Groups = Vec<(String, Members)>;
+pub(crate) type Groups = Vec<(String, Members)>;
 
-/// The groups that the file itself tells, in order of first appearance; poses take precedence.
-fn own(markers: &Markers, path: &std::path::Path, notes: &mut Vec<String>) -> Result<Groups, RecordingError> {
+/// What the file itself tells about bodies.
+struct Told {
+    /// In order of first appearance, poses last; each is seen.
+    groups: Groups,
+    /// Markers of no body.
+    alone: Vec<usize>,
+    /// Markers of bodies that the file also gives as poses.
+    posed: Vec<usize>,
+    unseen: Vec<String>,
+}
+
+fn told(markers: &Markers) -> Told {
     let mut groups: Groups = Vec::new();
-    let mut alone = Vec::new();
-    let mut computed = Vec::new();
+    let (mut alone, mut posed) = (Vec::new(), Vec::new());
     for (index, marker) in markers.markers.iter().enumerate() {
         let Some(body) = &marker.body else {
-            alone.push(marker.name.as_str());
+            alone.push(index);
             continue;
         };
         if markers.poses.iter().any(|(name, _)| name == body) {
-            computed.push(marker.name.as_str());
+            posed.push(index);
             continue;
         }
         match groups.iter_mut().find(|(name, _)| name == body) {
@@ -99,30 +115,54 @@ fn own(markers: &Markers, path: &std::path::Path, notes: &mut Vec<String>) -> Re
             _ => groups.push((body.clone(), Members::Markers(vec![index]))),
         }
     }
+    groups.extend(markers.poses.iter().enumerate().map(|(index, (name, _))| (name.clone(), Members::Poses(index))));
     let seen = |members: &Members| match members {
         Members::Markers(members) => members.iter().any(|&marker| markers.seen(marker) > 0),
         Members::Poses(index) => markers.poses[*index].1.iter().any(Option::is_some),
     };
-    groups.extend(markers.poses.iter().enumerate().map(|(index, (name, _))| (name.clone(), Members::Poses(index))));
-    let unseen: Vec<String> =
-        groups.iter().filter(|(_, members)| !seen(members)).map(|(name, _)| name.clone()).collect();
-    groups.retain(|(_, members)| seen(members));
+    let (groups, unseen): (Groups, Groups) = groups.into_iter().partition(|(_, members)| seen(members));
+    Told { groups, alone, posed, unseen: unseen.into_iter().map(|(name, _)| name).collect() }
+}
+
+/// The groups that the file itself tells; poses take precedence over the markers of the same body.
+pub(crate) fn own(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Result<Groups, RecordingError> {
+    let Told { groups, alone, posed, unseen } = told(markers);
+    let names = |of: &[usize]| of.iter().map(|&marker| markers.markers[marker].name.as_str()).collect::<Vec<_>>();
     if groups.is_empty() {
-        let count = markers.markers.len();
-        let problem =
-            format!("the file has {count} markers, {}, and does not say which of them are on one body", list(&alone));
+        let problem = format!(
+            "the file has {} markers, {}, and does not say which of them are on one body",
+            markers.markers.len(),
+            list(&names(&alone))
+        );
         return Err(RecordingError::Ungrouped { path: path.into(), problem });
     }
-    notes.extend(left_out(&alone, "are in no body, and left out"));
-    notes.extend(left_out(&computed, "are on bodies that the file gives as poses, and left out"));
-    let unseen: Vec<&str> = unseen.iter().map(String::as_str).collect();
-    if !unseen.is_empty() {
-        notes.push(format!("never seen, and left out: {}", list(&unseen)));
-    }
+    notes.extend(left_out(&names(&alone), "are in no body, and left out"));
+    notes.extend(left_out(&names(&posed), "are on bodies that the file gives as poses, and left out"));
+    notes.extend(never_seen(&unseen));
     Ok(groups)
 }
 
-fn by_patterns(markers: &Markers, bodies: &[BodyPatterns], path: &std::path::Path) -> Result<Groups, RecordingError> {
+/// The same, and a body of all markers that are in none.
+fn all(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Groups {
+    let Told { mut groups, alone, posed, unseen } = told(markers);
+    let rest: Vec<usize> = alone.into_iter().chain(posed).collect();
+    if rest.iter().any(|&marker| markers.seen(marker) > 0) {
+        let mut name = body_name(path);
+        while groups.iter().any(|(other, _)| *other == name) {
+            name.push('\'');
+        }
+        groups.push((name, Members::Markers(rest)));
+    }
+    notes.extend(never_seen(&unseen));
+    groups
+}
+
+fn never_seen(names: &[String]) -> Option<String> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    (!names.is_empty()).then(|| format!("never seen, and left out: {}", list(&names)))
+}
+
+fn by_patterns(markers: &Markers, bodies: &[BodyPatterns], path: &Path) -> Result<Groups, RecordingError> {
     let mut owner: Vec<Option<&str>> = vec![None; markers.markers.len()];
     let mut groups = Vec::new();
     for BodyPatterns { name, patterns } in bodies {
@@ -188,7 +228,7 @@ fn by_patterns(markers: &Markers, bodies: &[BodyPatterns], path: &std::path::Pat
     Ok(groups)
 }
 
-fn suggested(markers: &Markers, path: &std::path::Path, notes: &mut Vec<String>) -> Result<Groups, RecordingError> {
+fn suggested(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Result<Groups, RecordingError> {
     let suggestion = suggest(markers);
     if suggestion.bodies.is_empty() && markers.poses.is_empty() {
         let problem = format!(
@@ -205,18 +245,16 @@ fn suggested(markers: &Markers, path: &std::path::Path, notes: &mut Vec<String>)
     Ok(bodies.chain(poses).collect())
 }
 
-fn body(name: String, features: &[usize], markers: &Markers) -> Result<Body, jointscope_motion::MotionError> {
+fn body(name: String, labels: Vec<String>, features: &[usize], markers: &Markers) -> Result<Body, MotionError> {
     let frames = markers.positions.chunks_exact(markers.markers.len());
     let positions = frames.flat_map(|frame| features.iter().map(|&feature| frame[feature])).collect();
-    let labels = features.iter().map(|&feature| markers.markers[feature].label.clone()).collect();
     Body::from_points(name, labels, Tracks::new(features.len(), positions)?)
 }
 
 fn left_out(names: &[&str], what: &str) -> Option<String> {
     match names {
         [] => None,
-        [one] => Some(format!("1 marker of {} {what}", quoted(one)))
-            .map(|text| text.replace("1 marker of ", "marker ").replace(" are ", " is ")),
+        [one] => Some(format!("marker {} {}", quoted(one), what.replace("are ", "is ").replace("keep ", "keeps "))),
         _ => Some(format!("{} markers {what}: {}", names.len(), list(names))),
     }
 }

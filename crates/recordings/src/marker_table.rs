@@ -48,8 +48,8 @@ impl Samples {
                 ));
             }
         }
-        if !time.is_finite() {
-            return Err("needed a time in seconds, found none; give every row its time".into());
+        if self.times.first().is_some_and(|first| first.is_nan() != time.is_nan()) {
+            return Err("needed a time in every row or in none; give every row its time".into());
         }
         self.line = line;
         self.frame_numbers.push(frame);
@@ -72,6 +72,11 @@ impl Samples {
             self.positions.push(Point3::from(position.map(|x| if missing { f64::NAN } else { unit.to_metres(x) })));
         }
         Ok(())
+    }
+
+    /// The times, if the rows give them.
+    pub(crate) fn times(&self) -> Option<Vec<f64>> {
+        (!self.times.iter().any(|time| time.is_nan())).then(|| self.times.clone())
     }
 
     /// Refuses a table without rows.
@@ -123,6 +128,6 @@ mod tests {
         samples.begin(5, 1, 0.).expect("the first");
         assert!(samples.begin(6, 1, 0.1).expect_err("again").starts_with("needed a frame after 1 of line 5"));
         assert!(samples.begin(6, 2, -1.).expect_err("back").starts_with("needed a time from 0 s of line 5"));
-        assert!(samples.begin(6, 2, f64::NAN).expect_err("none").starts_with("needed a time in seconds"));
+        assert!(samples.begin(6, 2, f64::NAN).expect_err("none").starts_with("needed a time in every row"));
     }
 }

@@ -49,9 +49,10 @@ pub struct Marker {
 impl Marker {
     /// A marker of a format that knows no bodies: the part of its name before the last colon is its body.
     pub(crate) fn of_name(name: String) -> Self {
-        let body = name.rsplit_once(':').filter(|(body, rest)| !body.trim().is_empty() && !rest.trim().is_empty());
-        let body = body.map(|(body, _)| body.trim().to_owned());
-        Self { label: name.clone(), body, name }
+        let parts = name.rsplit_once(':').map(|(body, rest)| (body.trim(), rest.trim()));
+        let parts = parts.filter(|(body, rest)| !body.is_empty() && !rest.is_empty());
+        let (body, label) = parts.map_or((None, name.as_str()), |(body, rest)| (Some(body.to_owned()), rest));
+        Self { label: label.to_owned(), body, name }
     }
 }
 

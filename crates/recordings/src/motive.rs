@@ -106,7 +106,8 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
     let markers = distinct(marker_names, &mut notes);
     let rate = stated("Export Frame Rate").or(stated("Capture Frame Rate"));
     let rate = rate.and_then(|cell| cell.parse().ok()).filter(|rate: &f64| *rate > 0. && rate.is_finite());
-    let Samples { frame_numbers, times, positions, .. } = samples;
+    let times = samples.times();
+    let Samples { frame_numbers, positions, .. } = samples;
     let names = columns.poses.into_iter().map(|(name, _)| name);
     let poses = names.zip(poses).collect();
     Ok(Markers {
@@ -115,7 +116,7 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
         unit_stated,
         rate,
         frame_numbers,
-        times: Some(times),
+        times,
         markers,
         positions,
         poses,

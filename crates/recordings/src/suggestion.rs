@@ -15,7 +15,7 @@
 //! seen together say nothing; groups need half of their pairs. What pairwise distances cannot tell, a mirrored shape,
 //! does not occur in continuous motion.
 
-use jointscope_motion::{Body, BodyMotion, MotionSettings, Tracks, evenly};
+use jointscope_motion::{Body, BodyMotion, MotionSettings, Tracks, evenly, quantile};
 use nalgebra::Point3;
 
 use crate::Markers;
@@ -98,6 +98,39 @@ pub fn suggest(markers: &Markers) -> Suggestion {
     Suggestion { bodies, ambiguous }
 }
 
+/// The largest variation of a distance of a body's markers, and the standard deviation of a coordinate from where a rigid
+/// shape has it, metres; `None` if it is never seen.
+pub(crate) fn measured(body: &[usize], markers: &Markers) -> Option<(f64, f64)> {
+    if body.len() > MOST_MARKERS {
+        return None;
+    }
+    let (_, residual) = registered(body, markers)?;
+    let frames = evenly(markers.frames(), FRAMES);
+    let count = markers.markers.len();
+    let mut distances = Vec::new();
+    let mut variation = 0_f64;
+    for (i, &a) in body.iter().enumerate() {
+        for &b in &body[i + 1..] {
+            let row = |frame: &usize| &markers.positions[frame * count..(frame + 1) * count];
+            distances.clear();
+            distances
+                .extend(frames.iter().map(|frame| (row(frame)[a] - row(frame)[b]).norm()).filter(|d| d.is_finite()));
+            if distances.len() >= COMMON_FRAMES {
+                variation = variation.max(half_range(&mut distances));
+            }
+        }
+    }
+    Some((variation, residual))
+}
+
+/// Half of the range of distances, without the outermost.
+fn half_range(distances: &mut [f64]) -> f64 {
+    distances.sort_unstable_by(f64::total_cmp);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
+    let outermost = (OUTERMOST * distances.len() as f64) as usize;
+    0.5 * (distances[distances.len() - 1 - outermost] - distances[outermost])
+}
+
 /// What is known of pairs of markers.
 struct Pairs {
     count: usize,
@@ -124,10 +157,7 @@ impl Pairs {
                 if distances.len() < COMMON_FRAMES {
                     continue;
                 }
-                distances.sort_unstable_by(f64::total_cmp);
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-                let outermost = (OUTERMOST * distances.len() as f64) as usize;
-                let half = 0.5 * (distances[distances.len() - 1 - outermost] - distances[outermost]);
+                let half = half_range(&mut distances);
                 (variation[a * count + b], variation[b * count + a]) = (half, half);
                 medians.push(distances[distances.len() / 2]);
             }
@@ -172,10 +202,13 @@ fn largest(body: &[usize], of: impl Fn(usize, usize) -> f64) -> f64 {
     pairs.map(|(a, b)| of(a, b)).fold(0., f64::max)
 }
 
-/// The noise of a marker along any direction, from second differences over successive frames, metres.
+/// The noise of a marker along any direction, from second differences over successive frames, metres: from the lower
+/// ones, since acceleration adds to the others.
 fn noise(markers: &Markers, marker: usize) -> f64 {
-    /// Median of the squared length of a vector of three standard normal numbers.
-    const MEDIAN_OF_SQUARES: f64 = 2.366;
+    /// Share of the second differences that are smaller.
+    const LOWER: f64 = 0.2;
+    /// The squared length below which a vector of three standard normal numbers is with that share.
+    const SQUARE_BELOW: f64 = 1.005;
     /// Variance of `a - 2 b + c`, in variances of one of them.
     const SECOND_DIFFERENCE: f64 = 6.;
 
@@ -184,7 +217,7 @@ fn noise(markers: &Markers, marker: usize) -> f64 {
     let squares = path.windows(3).enumerate().filter(|(at, _)| successive(*at));
     let squares = squares.map(|(_, p)| (p[0].coords - 2. * p[1].coords + p[2].coords).norm_squared());
     let mut squares: Vec<f64> = squares.filter(|square| square.is_finite()).collect();
-    median(&mut squares).map_or(0., |square| (square / (MEDIAN_OF_SQUARES * SECOND_DIFFERENCE)).sqrt())
+    if squares.is_empty() { 0. } else { (quantile(&mut squares, LOWER) / (SQUARE_BELOW * SECOND_DIFFERENCE)).sqrt() }
 }
 
 fn median(values: &mut [f64]) -> Option<f64> {
@@ -270,9 +303,17 @@ fn name(bodies: &mut [SuggestedBody], markers: &Markers) {
     let mut number = 0;
     for body in bodies {
         let own = |marker: usize| markers.markers[marker].body.as_deref();
-        let first = body.markers[0];
-        let of_file = own(first).filter(|name| body.markers.iter().all(|&marker| own(marker) == Some(name)));
-        let names = body.markers.iter().map(|&marker| markers.markers[marker].name.as_str());
+        let first = own(body.markers[0]).filter(|name| body.markers.iter().all(|&marker| own(marker) == Some(name)));
+        // A body of the file of which this is most.
+        let of_file = first.filter(|name| {
+            let all = markers.markers.iter().filter(|marker| marker.body.as_deref() == Some(name)).count();
+            2 * body.markers.len() > all
+        });
+        let same_body = first.is_some();
+        let names = body.markers.iter().map(|&marker| {
+            let marker = &markers.markers[marker];
+            if same_body { marker.label.as_str() } else { marker.name.as_str() }
+        });
         let common = of_file.map_or_else(|| common_beginning(names), ToOwned::to_owned);
         body.name = if common.chars().count() >= 2 && !taken.contains(&common) {
             common

@@ -87,14 +87,15 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
     let rate =
         header("DataRate").and_then(|cell| cell.parse().ok()).filter(|rate: &f64| *rate > 0. && rate.is_finite());
     let markers = distinct(names, &mut notes);
-    let Samples { frame_numbers, times, positions, .. } = samples;
+    let times = samples.times();
+    let Samples { frame_numbers, positions, .. } = samples;
     Ok(Markers {
         format: Format::Trc,
         unit,
         unit_stated,
         rate,
         frame_numbers,
-        times: Some(times),
+        times,
         markers,
         positions,
         poses: Vec::new(),

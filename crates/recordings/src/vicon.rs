@@ -82,14 +82,15 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
     samples.check(path)?;
     let mut notes = Vec::new();
     let markers = distinct(names, &mut notes);
-    let Samples { frame_numbers, times, positions, .. } = samples;
+    let times = samples.times();
+    let Samples { frame_numbers, positions, .. } = samples;
     Ok(Markers {
         format: Format::Vicon,
         unit,
         unit_stated,
         rate: Some(rate),
         frame_numbers,
-        times: Some(times),
+        times,
         markers,
         positions,
         poses: Vec::new(),

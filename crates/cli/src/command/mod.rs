@@ -1,6 +1,8 @@
 //! The commands, one file each.
 
+pub(crate) mod convert;
 pub(crate) mod evaluate;
+pub(crate) mod inspect;
 pub(crate) mod models;
 pub(crate) mod reproduce;
 pub(crate) mod run;
@@ -32,4 +34,9 @@ fn too_fast(body: &str, degrees: f64) -> String {
     format!(
         "body `{body}` turns by {degrees:.0} degrees from one frame to the next; only less than 180 can be followed"
     )
+}
+
+/// Reads a word of the command line that stands for something.
+fn named<T: std::str::FromStr<Err: std::fmt::Display>>(word: &str) -> Result<T, String> {
+    word.parse().map_err(|error: T::Err| error.to_string())
 }
