@@ -15,7 +15,7 @@
 //! seen together say nothing; groups need half of their pairs. What pairwise distances cannot tell, a mirrored shape,
 //! does not occur in continuous motion.
 
-use jointscope_motion::{Body, BodyMotion, MotionSettings, Tracks, evenly, quantile};
+use jointscope_motion::{Body, BodyMotion, MotionSettings, Tracks, evenly};
 use nalgebra::Point3;
 
 use crate::Markers;
@@ -41,7 +41,7 @@ const NOISE: f64 = 3.;
 const SOFT: f64 = 0.005;
 
 /// Largest height of a body, in units of what noise and soft tissue explain.
-const TALLEST: f64 = 4.;
+const TALLEST: f64 = 3.;
 
 /// Least ratio of the height at which a body merges with something else to its own.
 const SEPARATION: f64 = 1.6;
@@ -105,7 +105,7 @@ pub(crate) fn measured(body: &[usize], markers: &Markers) -> Option<(f64, f64)> 
         return None;
     }
     let (_, residual) = registered(body, markers)?;
-    let frames = evenly(markers.frames(), FRAMES);
+    let frames = looked_at(markers.frames());
     let count = markers.markers.len();
     let mut distances = Vec::new();
     let mut variation = 0_f64;
@@ -136,7 +136,7 @@ struct Pairs {
     count: usize,
     /// Metres; NaN where it is not known.
     variation: Vec<f64>,
-    /// Noise of each marker's distances, metres.
+    /// Noise of the distance, metres; 0 where it is not known.
     noise: Vec<f64>,
     soft: f64,
 }
@@ -144,32 +144,34 @@ struct Pairs {
 impl Pairs {
     fn of(markers: &Markers) -> Self {
         let count = markers.markers.len();
-        let rows: Vec<&[Point3<f64>]> = evenly(markers.frames(), FRAMES)
-            .into_iter()
-            .map(|frame| &markers.positions[frame * count..(frame + 1) * count])
-            .collect();
-        let mut variation = vec![f64::NAN; count * count];
+        let frames = looked_at(markers.frames());
+        let numbers: Vec<u64> = frames.iter().map(|&frame| markers.frame_numbers[frame]).collect();
+        let rows: Vec<&[Point3<f64>]> =
+            frames.iter().map(|frame| &markers.positions[frame * count..(frame + 1) * count]).collect();
+        let (mut variation, mut noise_of) = (vec![f64::NAN; count * count], vec![0.; count * count]);
         let (mut distances, mut medians) = (Vec::new(), Vec::new());
         for a in 0..count {
             for b in a + 1..count {
                 distances.clear();
-                distances.extend(rows.iter().map(|row| (row[a] - row[b]).norm()).filter(|d| d.is_finite()));
+                distances.extend(rows.iter().map(|row| (row[a] - row[b]).norm()));
+                let noise = noise(&distances, &numbers);
+                distances.retain(|distance| distance.is_finite());
                 if distances.len() < COMMON_FRAMES {
                     continue;
                 }
                 let half = half_range(&mut distances);
-                (variation[a * count + b], variation[b * count + a]) = (half, half);
+                for cell in [a * count + b, b * count + a] {
+                    (variation[cell], noise_of[cell]) = (half, noise);
+                }
                 medians.push(distances[distances.len() / 2]);
             }
         }
-        let noise = (0..count).map(|marker| noise(markers, marker)).collect();
-        Self { count, variation, noise, soft: SOFT * median(&mut medians).unwrap_or(0.) }
+        Self { count, variation, noise: noise_of, soft: SOFT * median(&mut medians).unwrap_or(0.) }
     }
 
     /// The variation that noise and soft tissue explain, metres.
     fn unit(&self, a: usize, b: usize) -> f64 {
-        let noise = NOISE * self.noise[a].hypot(self.noise[b]);
-        noise.hypot(self.soft).max(f64::MIN_POSITIVE)
+        (NOISE * self.noise[a * self.count + b]).hypot(self.soft).max(f64::MIN_POSITIVE)
     }
 
     fn unit_of(&self, body: &[usize]) -> f64 {
@@ -202,22 +204,30 @@ fn largest(body: &[usize], of: impl Fn(usize, usize) -> f64) -> f64 {
     pairs.map(|(a, b)| of(a, b)).fold(0., f64::max)
 }
 
-/// The noise of a marker along any direction, from second differences over successive frames, metres: from the lower
-/// ones, since acceleration adds to the others.
-fn noise(markers: &Markers, marker: usize) -> f64 {
-    /// Share of the second differences that are smaller.
-    const LOWER: f64 = 0.2;
-    /// The squared length below which a vector of three standard normal numbers is with that share.
-    const SQUARE_BELOW: f64 = 1.005;
+/// The noise of a distance, from its second differences over successive frames: no motion of a rigid pair adds to them.
+fn noise(distances: &[f64], frame_numbers: &[u64]) -> f64 {
+    /// Median of the size of a standard normal number.
+    const MEDIAN_SIZE: f64 = 0.6745;
     /// Variance of `a - 2 b + c`, in variances of one of them.
     const SECOND_DIFFERENCE: f64 = 6.;
 
-    let path: Vec<Point3<f64>> = markers.path(marker).collect();
-    let successive = |at: usize| markers.frame_numbers[at + 2] - markers.frame_numbers[at] == 2;
-    let squares = path.windows(3).enumerate().filter(|(at, _)| successive(*at));
-    let squares = squares.map(|(_, p)| (p[0].coords - 2. * p[1].coords + p[2].coords).norm_squared());
-    let mut squares: Vec<f64> = squares.filter(|square| square.is_finite()).collect();
-    if squares.is_empty() { 0. } else { (quantile(&mut squares, LOWER) / (SQUARE_BELOW * SECOND_DIFFERENCE)).sqrt() }
+    let successive = frame_numbers.windows(3).map(|numbers| numbers[2] - numbers[0] == 2);
+    let differences = distances.windows(3).zip(successive).filter(|(_, successive)| *successive);
+    let differences = differences.map(|(d, _)| (d[0] - 2. * d[1] + d[2]).abs());
+    let mut differences: Vec<f64> = differences.filter(|difference| difference.is_finite()).collect();
+    median(&mut differences).map_or(0., |size| size / (MEDIAN_SIZE * SECOND_DIFFERENCE.sqrt()))
+}
+
+/// Frames spread evenly over the recording, in runs of successive ones.
+fn looked_at(frames: usize) -> Vec<usize> {
+    const RUN: usize = 3;
+
+    let runs = evenly(frames / RUN, FRAMES / RUN);
+    if frames <= FRAMES {
+        (0..frames).collect()
+    } else {
+        runs.iter().flat_map(|run| run * RUN..(run + 1) * RUN).collect()
+    }
 }
 
 fn median(values: &mut [f64]) -> Option<f64> {
@@ -287,7 +297,7 @@ fn settle(bodies: &mut [Vec<usize>], pairs: &Pairs, count: usize) -> Vec<usize> 
 /// from where the shape has it, metres. A body without orientation keeps its markers.
 fn registered(body: &[usize], markers: &Markers) -> Option<(Vec<usize>, f64)> {
     let count = markers.markers.len();
-    let frames = evenly(markers.frames(), FRAMES);
+    let frames = looked_at(markers.frames());
     let places = frames.iter().flat_map(|frame| body.iter().map(move |marker| frame * count + marker));
     let tracks = Tracks::new(body.len(), places.map(|place| markers.positions[place]).collect()).ok()?;
     let labels = body.iter().map(ToString::to_string).collect();
