@@ -69,8 +69,8 @@ pub struct RecordingSettings {
     pub unit: Option<Spanned<String>>,
     /// Several files instead of one, each with its own bodies, relative to the configuration's folder.
     pub paths: Option<Vec<PathBuf>>,
-    /// Which markers make which body: patterns of names by body such as wheel = ["SWL:*"], or "suggest" to put those
-    /// together that keep their distances; if left out, what the file itself tells.
+    /// Which markers make which body: a list of patterns of their names for every body, such as `SWL:*`, or "suggest" to
+    /// put those together that keep their distances; if left out, what the file itself tells.
     #[serde(deserialize_with = "bodies::deserialize")]
     #[schemars(with = "Option<bodies::Written>")]
     pub bodies: Option<Bodies>,

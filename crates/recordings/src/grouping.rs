@@ -205,11 +205,12 @@ fn by_patterns(markers: &Markers, bodies: &[BodyPatterns], path: &Path) -> Resul
                 return Err(refuse(text, "no marker has such a name".into(), nearest(markers, text)));
             }
             // Patterns for markers, such as a lone star, may fit the names of poses by chance.
-            if found.is_empty() {
-                if posed.len() > 1 || pose.replace(posed[0]).is_some_and(|other| other != posed[0]) {
-                    let help = "give every one of them a body of its own".into();
-                    return Err(refuse(text, "several bodies have such a name".into(), help));
-                }
+            let several = |pose: &mut Option<usize>| {
+                posed.len() > 1 || pose.replace(posed[0]).is_some_and(|other| other != posed[0])
+            };
+            if found.is_empty() && several(&mut pose) {
+                let help = "give every one of them a body of its own".into();
+                return Err(refuse(text, "several bodies have such a name".into(), help));
             }
         }
         let last = patterns.last().map_or("", String::as_str);

@@ -79,19 +79,16 @@ pub struct Group {
 pub fn inspect(markers: &Markers, path: &Path, suggested: bool) -> Inspection {
     let mut notes = markers.notes.clone();
     let told = if suggested { None } else { own(markers, path, &mut notes).ok() };
-    let (bodies_from, mut bodies, ambiguous): (_, Vec<Group>, _) = match told {
-        Some(groups) => {
-            ("file", groups.iter().map(|(name, members)| group(name, members, markers)).collect(), Vec::new())
-        }
-        None => {
-            let suggestion = suggest(markers);
-            let bodies = suggestion.bodies.into_iter().map(|body| {
-                let mut group = group(&body.name, &Members::Markers(body.markers), markers);
-                (group.variation, group.residual) = (Some(body.variation), Some(body.residual));
-                group
-            });
-            ("distances", bodies.collect(), suggestion.ambiguous)
-        }
+    let (bodies_from, mut bodies, ambiguous): (_, Vec<Group>, _) = if let Some(groups) = told {
+        ("file", groups.iter().map(|(name, members)| group(name, members, markers)).collect(), Vec::new())
+    } else {
+        let suggestion = suggest(markers);
+        let bodies = suggestion.bodies.into_iter().map(|body| {
+            let mut group = group(&body.name, &Members::Markers(body.markers), markers);
+            (group.variation, group.residual) = (Some(body.variation), Some(body.residual));
+            group
+        });
+        ("distances", bodies.collect(), suggestion.ambiguous)
     };
     if bodies_from == "distances" {
         bodies.extend(markers.poses.iter().enumerate().map(|(i, (name, _))| group(name, &Members::Poses(i), markers)));

@@ -69,7 +69,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let (bytes, notes) = write(markers, &arguments.input).map_err(Failure::data)?;
     if !arguments.quiet {
-        notes.iter().for_each(|note| output::remark(&arguments.input, note));
+        for note in &notes {
+            output::remark(&arguments.input, note);
+        }
     }
     let folder = arguments.output.parent().unwrap_or(Path::new(""));
     if !folder.as_os_str().is_empty() {
@@ -81,9 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// What writes the format that the extension of a file tells.
 fn writer(path: &Path) -> Result<Write, Failure> {
     match Format::of_path(path) {
-        Ok(Format::Csv) => {
-            Ok(|markers, path| with_bodies(markers, path, |recording, bytes| write_csv(recording, bytes)))
-        }
+        Ok(Format::Csv) => Ok(|markers, path| with_bodies(markers, path, write_csv)),
         Ok(Format::Npz) => {
             Ok(|markers, path| with_bodies(markers, path, |recording, bytes| write_npz(recording, Cursor::new(bytes))))
         }

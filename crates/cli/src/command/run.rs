@@ -180,7 +180,9 @@ fn read(
     let read = |path: &PathBuf| {
         let (recording, notes) = read_with_notes(path, &options).map_err(|error| unread(error, file))?;
         if !quiet {
-            notes.iter().for_each(|note| output::remark(path, note));
+            for note in &notes {
+                output::remark(path, note);
+            }
         }
         Ok((path.clone(), recording))
     };

@@ -81,7 +81,9 @@ impl C3d {
             let width = lines.iter().map(|line| line.len()).max().unwrap_or(1);
             let mut content =
                 vec![255, 2, u8::try_from(width).expect("short"), u8::try_from(lines.len()).expect("few")];
-            lines.iter().for_each(|line| content.extend(format!("{line:<width$}").bytes()));
+            for line in lines {
+                content.extend(format!("{line:<width$}").bytes());
+            }
             content.push(0);
             content
         };
@@ -115,7 +117,9 @@ impl C3d {
                 // Every other missing sample lies at the origin, as some programs write it.
                 let lost = if frame % 2 == 0 { [0., 0., 0., 0.] } else { [5., 5., 5., -1.] };
                 let sample = millimetres(frame, marker).map_or(lost, |[x, y, z]| [x, y, z, 0.]);
-                sample.iter().for_each(|value| bytes.extend(self.sample(*value as f32)));
+                for value in sample {
+                    bytes.extend(self.sample(value as f32));
+                }
             }
             (0..self.analogue).for_each(|channel| bytes.extend(self.sample(f32::from(channel))));
         }

@@ -1,5 +1,7 @@
 //! Small files of every format, written by hand.
 
+#![allow(dead_code, reason = "not every test needs every sample")]
+
 mod c3d;
 
 use std::fmt::Write as _;
@@ -72,7 +74,8 @@ pub(crate) fn vicon() -> String {
     for name in NAMES {
         let _ = write!(text, ",{name},,");
     }
-    text += &format!("\nFrame,Sub Frame{}\n,{}\n", ",X,Y,Z".repeat(NAMES.len()), ",mm,mm,mm".repeat(NAMES.len()));
+    let (columns, units) = (",X,Y,Z".repeat(NAMES.len()), ",mm,mm,mm".repeat(NAMES.len()));
+    let _ = writeln!(text, "\nFrame,Sub Frame{columns}\n,{units}");
     for frame in 0..FRAMES {
         let _ = writeln!(text, "{},0{}", frame + 1, cells(frame, ',', ""));
     }
@@ -84,8 +87,8 @@ pub(crate) fn motive() -> String {
         "Format Version,1.23,Take Name,a,Export Frame Rate,50,Rotation Type,Quaternion,Length Units,Millimeters,Coordinate Space,Global\n\n",
     );
     let row = |first: &str, of_marker: &dyn Fn(&str) -> String, of_body: [&str; 8]| {
-        let markers: String = NAMES.iter().map(|name| format!(",{0},{0},{0}", of_marker(name))).collect();
-        format!("{first}{markers},{}\n", of_body.join(","))
+        let markers = NAMES.map(|name| [of_marker(name), of_marker(name), of_marker(name)].join(",")).join(",");
+        format!("{first},{markers},{}\n", of_body.join(","))
     };
     text += &row(",Type", &|_| "Marker".into(), ["Rigid Body"; 8]);
     text += &row(",Name", &|name| name.into(), ["Hammer"; 8]);
@@ -93,7 +96,7 @@ pub(crate) fn motive() -> String {
     let kinds =
         ["Rotation", "Rotation", "Rotation", "Rotation", "Position", "Position", "Position", "Mean Marker Error"];
     text += &row(",", &|_| "Position".into(), kinds);
-    text += &format!("Frame,Time (Seconds){},X,Y,Z,W,X,Y,Z,\n", ",X,Y,Z".repeat(NAMES.len()));
+    let _ = writeln!(text, "Frame,Time (Seconds){},X,Y,Z,W,X,Y,Z,", ",X,Y,Z".repeat(NAMES.len()));
     for frame in 0..FRAMES {
         let pose = if frame == 4 { ",,,,,,,,".into() } else { format!(",0,0,0.6,0.8,{frame},2,3,0.1") };
         let _ = writeln!(text, "{frame},{}{}{pose}", frame as f64 / 50., cells(frame, ',', ""));
@@ -111,7 +114,7 @@ pub(crate) fn euroc() -> String {
 }
 
 pub(crate) fn tum() -> String {
-    (0..FRAMES).map(|frame| format!("{}.5 {frame} 2 3 0 0 0.6 0.8\n", frame)).collect()
+    (0..FRAMES).fold(String::new(), |text, frame| format!("{text}{frame}.5 {frame} 2 3 0 0 0.6 0.8\n"))
 }
 
 /// The markers with a prefix as points of two bodies, metres.
