@@ -1,9 +1,7 @@
 //! Real recordings made by others, and the truth about them as far as it is known.
 
-mod c3d;
 mod cases;
 mod known;
-mod markers;
 mod mat;
 mod mha;
 mod misses;
@@ -12,7 +10,6 @@ mod page;
 mod pickle;
 mod transform;
 mod trolley;
-mod tsv;
 
 use std::path::PathBuf;
 

@@ -6,6 +6,8 @@ use std::{
     path::Path,
 };
 
+use jointscope_report::printable;
+
 use crate::failure::Failure;
 
 /// Writes text to the standard output.
@@ -16,6 +18,12 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
         Err(error) => Err(Failure::data(format!("the output cannot be written: {error}"))),
         Ok(()) => Ok(()),
     }
+}
+
+/// Says something about a file to whoever watches, beside the results.
+pub(crate) fn remark(path: &Path, text: &str) {
+    // Where nobody reads it, nothing is lost.
+    let _ = writeln!(io::stderr(), "{}", printable(&format!("{}: {text}", path.display())));
 }
 
 /// Writes files by way of temporary ones beside them, so that none is ever half-written.

@@ -22,6 +22,7 @@ fn in_value(value: &Spanned<DeValue<'_>>, word: &str) -> Option<Range<usize>> {
     match value.as_ref() {
         DeValue::String(found) => (found == word).then(|| value.span()),
         DeValue::Array(values) => values.iter().find_map(|value| in_value(value, word)),
+        DeValue::Table(table) => table.values().find_map(|value| in_value(value, word)),
         _ => None,
     }
 }

@@ -71,6 +71,13 @@ pub struct RecordingSettings {
     /// Unit of the lengths in the file: "m", "cm", "mm" or "in"; results are always in metres.
     #[schemars(with = "Option<String>")]
     pub unit: Option<Spanned<String>>,
+    /// Several files instead of one, each with its own bodies, relative to the configuration's folder.
+    pub paths: Option<Vec<PathBuf>>,
+    /// Which markers make which body: a list of patterns of their names for every body, such as `SWL:*`, or "suggest" to
+    /// put those together that keep their distances; if left out, what the file itself tells.
+    #[serde(deserialize_with = "bodies::deserialize")]
+    #[schemars(with = "Option<bodies::Written>")]
+    pub bodies: Option<Bodies>,
     /// Adds a body at rest of this name, as the first one.
     pub world: Option<String>,
     /// Pairs to analyse, the reference first; all pairs if left out.
@@ -107,6 +114,87 @@ pub struct OutputSettings {
     pub mjcf: bool,
     /// Whether `--out` writes recording.mcap, a log for viewers of robots; by programs built with the feature `mcap`.
     pub mcap: bool,
+}
+
+/// Which markers of a file make which body.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Bodies {
+    /// Names of bodies and patterns of their markers' names, in the order in which the configuration has them.
+    Patterns(Vec<(String, Vec<String>)>),
+    /// Markers that keep their distances to each other.
+    Suggest,
+}
+
+mod bodies {
+    use std::collections::BTreeMap;
+
+    use schemars::JsonSchema;
+    use serde::{
+        Deserialize, Deserializer,
+        de::{Error, MapAccess, Visitor},
+    };
+    use toml::Spanned;
+
+    use super::Bodies;
+
+    /// How bodies are written, for the schema.
+    #[derive(JsonSchema)]
+    #[schemars(untagged)]
+    #[expect(dead_code, reason = "only its schema is used")]
+    pub(super) enum Written {
+        /// "suggest".
+        Word(Word),
+        /// Patterns by body.
+        Table(BTreeMap<String, Patterns>),
+    }
+
+    #[derive(JsonSchema)]
+    #[schemars(rename_all = "kebab-case")]
+    #[expect(dead_code, reason = "only its schema is used")]
+    pub(super) enum Word {
+        Suggest,
+    }
+
+    /// One pattern, or several.
+    #[derive(Deserialize, JsonSchema)]
+    #[serde(untagged)]
+    pub(super) enum Patterns {
+        One(String),
+        Several(Vec<String>),
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Bodies>, D::Error> {
+        deserializer.deserialize_any(Reader).map(Some)
+    }
+
+    struct Reader;
+
+    impl<'de> Visitor<'de> for Reader {
+        type Value = Bodies;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("a table of patterns by body, or \"suggest\"")
+        }
+
+        fn visit_str<E: Error>(self, word: &str) -> Result<Bodies, E> {
+            if word == "suggest" { Ok(Bodies::Suggest) } else { Err(E::custom("expected \"suggest\" or a table")) }
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Bodies, A::Error> {
+            let mut bodies = Vec::new();
+            // A table comes sorted by name; where the values are tells how it was written.
+            while let Some((name, patterns)) = map.next_entry::<String, Spanned<Patterns>>()? {
+                let place = patterns.span().start;
+                let patterns = match patterns.into_inner() {
+                    Patterns::One(pattern) => vec![pattern],
+                    Patterns::Several(patterns) => patterns,
+                };
+                bodies.push((place, name, patterns));
+            }
+            bodies.sort();
+            Ok(Bodies::Patterns(bodies.into_iter().map(|(_, name, patterns)| (name, patterns)).collect()))
+        }
+    }
 }
 
 impl Configuration {
@@ -165,24 +253,43 @@ fn check_recording(settings: &RecordingSettings, spans: &[(String, Range<usize>)
         SettingsError::at(place, message)
     };
     let idle = |keys: &[&'static str]| keys.iter().copied().find(|key| spans.iter().any(|(name, _)| name == key));
-    match (&settings.path, &settings.scene) {
-        (Some(_), Some(_)) => {
+    if settings.path.is_some() && settings.paths.is_some() {
+        let both = at("paths", "a recording is either a `path` or several `paths`, not both".into());
+        return Err(both.help("put all files into `paths`"));
+    }
+    if settings.paths.as_ref().is_some_and(Vec::is_empty) {
+        return Err(
+            at("paths", "`paths` names no file".into()).help("for example: paths = [\"base.log\", \"lid.log\"]")
+        );
+    }
+    if let Some(Bodies::Patterns(bodies)) = &settings.bodies {
+        if bodies.is_empty() {
+            let help = "for example: bodies.wheel = [\"wheel:*\"]";
+            return Err(at("bodies", "`bodies` names no body".into()).help(help));
+        }
+        if let Some((name, _)) = bodies.iter().find(|(name, patterns)| name.trim().is_empty() || patterns.is_empty()) {
+            let message = format!("body `{name}` needs a name and at least one pattern");
+            return Err(at("bodies", message).help("for example: bodies.wheel = [\"wheel:*\"]"));
+        }
+    }
+    match (settings.path.is_some() || settings.paths.is_some(), settings.scene.is_some()) {
+        (true, true) => {
             let both = at("scene", "a recording is either a `path` or a `scene`, not both".into());
             return Err(both.help("take one of them out"));
         }
-        (Some(_), None) => {
+        (true, false) => {
             if let Some(key) = idle(&["seed", "noise", "frames"]) {
                 let error = at(key, format!("`{key}` is for a `scene`, but the recording is a file"));
                 return Err(error.help(format!("take `{key}` out, or name a `scene` instead of `path`")));
             }
         }
-        (None, Some(_)) => {
-            if let Some(key) = idle(&["format", "unit"]) {
+        (false, true) => {
+            if let Some(key) = idle(&["format", "unit", "bodies"]) {
                 let error = at(key, format!("`{key}` is for a file, but the recording is a scene"));
                 return Err(error.help(format!("take `{key}` out, or name a `path` instead of `scene`")));
             }
         }
-        (None, None) => {}
+        (false, false) => {}
     }
     if settings.world.as_ref().is_some_and(|name| name.trim().is_empty()) {
         return Err(at("world", "the world needs a name, found none".into()).help("for example: world = \"world\""));

@@ -28,7 +28,7 @@ pub mod starter;
 mod structure;
 
 pub use builder::ConfigurationBuilder;
-pub use configuration::{Configuration, NamedModel, OutputSettings, RecordingSettings};
+pub use configuration::{Bodies, Configuration, NamedModel, OutputSettings, RecordingSettings};
 pub use detection::{Detection, ModelFinding, PairDetection};
 pub use detector::Detector;
 pub use error::DetectionError;

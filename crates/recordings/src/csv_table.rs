@@ -143,7 +143,7 @@ fn check_length(row: &StringRecord, columns: usize) -> Result<(), String> {
     Err(format!("needed {columns} cells, one per column of the header, found {}; {advice}", row.len()))
 }
 
-fn frame_number(cell: &str) -> Result<u64, String> {
+pub(crate) fn frame_number(cell: &str) -> Result<u64, String> {
     /// Whole numbers up to here are exact in `f64`.
     const LARGEST_EXACT: f64 = 9_007_199_254_740_992.;
 

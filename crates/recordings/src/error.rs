@@ -28,7 +28,8 @@ pub enum RecordingError {
     /// The extension does not tell the format.
     #[error(
         "{path}: the extension does not tell the format; known are csv and tsv (tables), log, txt and tum (pose \
-         text) and npz; otherwise name the format: csv, poses or npz"
+         text), npz, c3d, trc and parquet; otherwise name the format: csv, poses, npz, c3d, trc, qualisys, vicon, \
+         motive, euroc or parquet"
     )]
     UnknownExtension {
         /// The file.
@@ -69,6 +70,28 @@ pub enum RecordingError {
         path: PathBuf,
         /// What is wrong with the bodies.
         problem: MotionError,
+    },
+    /// A pattern for the markers of a body does not fit the file.
+    #[error("{path}: body `{body}`, pattern `{pattern}`: {problem}; {help}")]
+    Pattern {
+        /// The file.
+        path: PathBuf,
+        /// The body.
+        body: String,
+        /// The pattern.
+        pattern: String,
+        /// What is wrong.
+        problem: String,
+        /// What to do.
+        help: String,
+    },
+    /// Which markers are on one body is not known.
+    #[error("{path}: {problem}")]
+    Ungrouped {
+        /// The file.
+        path: PathBuf,
+        /// What was found.
+        problem: String,
     },
     /// The format cannot hold this recording.
     #[error("the recording cannot be written in this format: {problem}")]

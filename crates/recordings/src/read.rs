@@ -5,35 +5,93 @@ use std::path::Path;
 
 use jointscope_motion::Recording;
 
-use crate::{Format, RecordingError, Unit, csv_table, npz, pose_text};
+use crate::grouping::group;
+use crate::{
+    Format, Grouping, Markers, RecordingError, Unit, c3d, csv_table, euroc, motive, npz, pose_text, qualisys, trc,
+    vicon,
+};
 
 /// What a file does not say about itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ReadOptions {
-    /// The format; if `None`, [the extension tells](Format::of_path).
+    /// The format; if `None`, [the file tells](Format::of_file).
     pub format: Option<Format>,
-    /// The unit of the file's positions; metres if `None`.
+    /// The unit of the file's positions; if `None`, the one that the file states, or metres.
     pub unit: Option<Unit>,
+    /// Which markers make which body.
+    pub grouping: Grouping,
 }
 
 /// Reads a recording from a file.
 ///
 /// # Errors
-/// [`RecordingError`], with the path: the file is missing, a directory or not permitted, its format is unknown, or its
-/// content is not as the format needs it.
+/// [`RecordingError`], with the path: the file is missing, a directory or not permitted, its format is unknown, its
+/// content is not as the format needs it, or its markers do not make the bodies asked for.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording, RecordingError> {
+    read_with_notes(path, options).map(|(recording, _)| recording)
+}
+
+/// Reads a recording from a file, and says in sentences what is odd about it and which markers are left out.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_notes(path: &Path, options: &ReadOptions) -> Result<(Recording, Vec<String>), RecordingError> {
+    match open(path, options)? {
+        (Content::Recording(recording), format, unit) if options.grouping != Grouping::Own => {
+            group(Markers::of_recording(recording, format, unit), &options.grouping, path)
+        }
+        (Content::Recording(recording), ..) => Ok((recording, Vec::new())),
+        (Content::Markers(markers), ..) => group(markers, &options.grouping, path),
+    }
+}
+
+/// Reads what a file holds, before markers are put together to bodies.
+///
+/// # Errors
+/// As [`read`], but for bodies.
+pub fn read_markers(path: &Path, options: &ReadOptions) -> Result<Markers, RecordingError> {
+    Ok(match open(path, options)? {
+        (Content::Recording(recording), format, unit) => Markers::of_recording(recording, format, unit),
+        (Content::Markers(markers), ..) => markers,
+    })
+}
+
+/// What formats give.
+enum Content {
+    /// Bodies, from formats that tell them.
+    Recording(Recording),
+    /// Markers, from all others.
+    Markers(Markers),
+}
+
+fn open(path: &Path, options: &ReadOptions) -> Result<(Content, Format, Unit), RecordingError> {
     let cannot_read = |cause| RecordingError::Read { path: path.into(), cause };
     if fs::metadata(path).map_err(cannot_read)?.is_dir() {
         return Err(RecordingError::Directory { path: path.into() });
     }
-    let format = options.format.map_or_else(|| Format::of_path(path), Ok)?;
     let bytes = fs::read(path).map_err(cannot_read)?;
+    let format = options.format.map_or_else(|| Format::of_file(path, &bytes), Ok)?;
     let unit = options.unit.unwrap_or_default();
-    match format {
-        Format::Csv => csv_table::parse(&bytes, path, unit),
-        Format::Poses => pose_text::parse(&bytes, path, unit),
-        Format::Npz => npz::parse(&bytes, path, unit),
-    }
+    let content = match format {
+        Format::Csv => Content::Recording(csv_table::parse(&bytes, path, unit)?),
+        Format::Poses => Content::Recording(pose_text::parse(&bytes, path, unit)?),
+        Format::Npz => Content::Recording(npz::parse(&bytes, path, unit)?),
+        Format::Euroc => Content::Recording(euroc::parse(&bytes, path, unit)?),
+        Format::C3d => Content::Markers(c3d::parse(&bytes, path, options.unit)?),
+        Format::Trc => Content::Markers(trc::parse(&bytes, path, options.unit)?),
+        Format::Qualisys => Content::Markers(qualisys::parse(&bytes, path, options.unit)?),
+        Format::Vicon => Content::Markers(vicon::parse(&bytes, path, options.unit)?),
+        Format::Motive => Content::Markers(motive::parse(&bytes, path, options.unit)?),
+        #[cfg(feature = "parquet")]
+        Format::Parquet => Content::Recording(crate::parquet::parse(&bytes, path, unit)?),
+        #[cfg(not(feature = "parquet"))]
+        Format::Parquet => {
+            let problem = "this program is built without Parquet; build it with the feature `parquet`, or convert the \
+                           file to csv";
+            return Err(RecordingError::in_file(path, problem));
+        }
+    };
+    Ok((content, format, unit))
 }
 
 #[cfg(test)]
@@ -80,7 +138,8 @@ mod tests {
         let path = folder.path().join("door.dat");
         fs::write(&path, "1000 0 0\n2000 0 0\n").expect("written");
         assert!(refused(&path).contains("name the format"));
-        let options = ReadOptions { format: Some(Format::Poses), unit: Some(Unit::Millimetre) };
+        let options =
+            ReadOptions { format: Some(Format::Poses), unit: Some(Unit::Millimetre), ..ReadOptions::default() };
         let recording = read(&path, &options).expect("pose text");
         assert_eq!((recording.frames(), recording.bodies()[0].name()), (2, "door"));
     }

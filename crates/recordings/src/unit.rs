@@ -39,6 +39,22 @@ impl Unit {
     }
 }
 
+impl Unit {
+    /// The unit that a file of motion capture names, `mm` as well as `Millimeters`.
+    pub(crate) fn of_name(name: &str) -> Result<Self, String> {
+        match name.to_ascii_lowercase().as_str() {
+            "m" | "meter" | "meters" | "metre" | "metres" => Ok(Self::Metre),
+            "cm" | "centimeter" | "centimeters" | "centimetre" | "centimetres" => Ok(Self::Centimetre),
+            "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => Ok(Self::Millimetre),
+            "in" | "inch" | "inches" => Ok(Self::Inch),
+            _ => Err(format!(
+                "no unit is named {}; known are m, cm, mm and in; state which it is by `unit`",
+                crate::text::quoted(name)
+            )),
+        }
+    }
+}
+
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {

@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 
 use jointscope_detection::PairDetection;
 use jointscope_motion::{Body, Recording, Tracks};
-use jointscope_recordings::{ReadOptions, Unit, read};
+use jointscope_recordings::{BodyPatterns, Grouping, ReadOptions, Unit, read};
 use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion};
 
 use super::known::{FILES, FOLDERS, File, Folder};
-use super::markers::Group;
 use super::pickle::Value;
-use super::{c3d, mat, mha, transform, trolley, tsv};
+use super::{mat, mha, transform, trolley};
 
 /// What is known of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,15 +48,16 @@ impl fmt::Display for Truth {
     }
 }
 
+/// A body, and patterns of its markers' names.
+pub(super) type Group = (&'static str, &'static [&'static str]);
+
 /// How a pair of bodies is found in a file; one body is paired with the world.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Content {
     /// Text without header, read by the project itself.
     PoseText,
-    /// Groups of markers of a C3D file.
-    C3d(&'static [Group]),
-    /// Groups of markers of Qualisys's table.
-    Tsv(&'static [Group]),
+    /// Markers, read by the project itself: bodies and the patterns of their markers' names.
+    Markers(&'static [Group]),
     /// Tools in the header of an image sequence.
     Mha(&'static [&'static str]),
     /// Stacked matrices under this name in a MATLAB file, metres.
@@ -83,9 +83,16 @@ pub struct Case {
 }
 
 impl Case {
-    /// Whether the program reads the file as it is.
-    pub fn is_pose_text(&self) -> bool {
-        matches!(self.content, Content::PoseText)
+    /// The configuration with which the program reads the file, as far as its recording goes; `None` if it cannot.
+    pub fn configuration(&self) -> Option<String> {
+        match self.content {
+            Content::PoseText => Some(String::new()),
+            Content::Markers(groups) => {
+                let line = |(name, patterns): &Group| format!("{name:?} = {patterns:?}\n");
+                Some(format!("[recording.bodies]\n{}", groups.iter().map(line).collect::<String>()))
+            }
+            _ => None,
+        }
     }
 
     /// The recording of the pair.
@@ -97,8 +104,7 @@ impl Case {
         let text = || std::fs::read_to_string(&self.path).map_err(|error| error.to_string());
         let recording = match self.content {
             Content::PoseText => read(&self.path, &ReadOptions::default()).map_err(|error| error.to_string()),
-            Content::C3d(groups) => bytes().and_then(|bytes| c3d::parse(&bytes)?.recording(groups)),
-            Content::Tsv(groups) => text().and_then(|text| tsv::parse(&text)?.recording(groups)),
+            Content::Markers(groups) => read(&self.path, &grouped(groups)).map_err(|error| error.to_string()),
             Content::Mha(tools) => text().and_then(|text| mha::parse(&text, tools)),
             Content::Mat(name) => bytes().and_then(|bytes| stacked(&mat::rows(&bytes, name)?)),
             Content::PickledPoints(key) => bytes().and_then(|bytes| points(&Value::parse(&bytes)?.key(key)?.rows()?)),
@@ -109,6 +115,15 @@ impl Case {
         };
         recording.map_err(|error| format!("{}: {error}", self.path.display()))
     }
+}
+
+/// How a file is read whose markers make these bodies.
+fn grouped(groups: &[Group]) -> ReadOptions {
+    let body = |(name, patterns): &Group| BodyPatterns {
+        name: (*name).into(),
+        patterns: patterns.iter().map(ToString::to_string).collect(),
+    };
+    ReadOptions { grouping: Grouping::Patterns(groups.iter().map(body).collect()), ..ReadOptions::default() }
 }
 
 /// Poses stacked as three rows each.

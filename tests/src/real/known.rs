@@ -1,7 +1,6 @@
 //! What is known of the recordings.
 
-use super::cases::{Content, Truth};
-use super::markers::Group;
+use super::cases::{Content, Group, Truth};
 
 /// A folder of recordings of one body each against the world.
 pub(super) struct Folder {
@@ -62,30 +61,16 @@ pub(super) const FOLDERS: [Folder; 10] = [
     Folder { name: "tum_points/sliding_cabinet", truth: PRISMATIC, except: &[], remark: "truth by name" },
 ];
 
-const CHAIR: Group =
-    ("chair", &["WheelchairL:Marker1", "WheelchairL:Marker2", "WheelchairL:Marker3", "WheelchairL:Marker4"]);
-const WHEEL: Group = ("wheel", &["SWL:Marker1", "SWL:Marker2", "SWL:Marker3", "SWL:Marker4"]);
-const CHAIR_ARM: Group = ("arm", &["ArmL:Marker1", "ArmL:Marker2", "ArmL:Marker3", "ArmL:Marker4"]);
-const CHAIR_FOREARM: Group =
-    ("forearm", &["ForearmL:Marker1", "ForearmL:Marker2", "ForearmL:Marker3", "ForearmL:Marker4"]);
+const CHAIR: Group = ("chair", &["WheelchairL:*"]);
+const WHEEL: Group = ("wheel", &["SWL:*"]);
+const CHAIR_ARM: Group = ("arm", &["ArmL:*"]);
+const CHAIR_FOREARM: Group = ("forearm", &["ForearmL:*"]);
 
 const PELVIS: Group = ("pelvis", &["LPSIS", "RPSIS", "LASIS", "RASIS"]);
 const THIGH: Group = ("thigh", &["RTHI1", "RTHI2", "RTHI3", "RGT", "RLFE", "RMFE"]);
 const SHANK: Group = ("shank", &["RLEG1", "RLEG2", "RLEG3", "RLM", "RSPH"]);
 
-const BOX: Group = (
-    "box",
-    &[
-        "boite:gauche_ext",
-        "boite:gauche_int",
-        "boite:droite_int",
-        "boite:droite_ext",
-        "boite:avant_gauche",
-        "boite:avant_droit",
-        "boite:arriere_droit",
-        "boite:arriere_gauche",
-    ],
-);
+const BOX: Group = ("box", &["boite:*"]);
 const BOX_A: Group = ("box A", &["boite:gauche_ext", "boite:droite_ext", "boite:avant_gauche", "boite:arriere_droit"]);
 const BOX_B: Group = ("box B", &["boite:gauche_int", "boite:droite_int", "boite:avant_droit", "boite:arriere_gauche"]);
 const BOX_LINE: Group = ("line", &["boite:gauche_ext", "boite:gauche_int", "boite:droite_int", "boite:droite_ext"]);
@@ -97,9 +82,9 @@ const UPPER_ARM: Group = (
     &["Daphnee:ARMl", "Daphnee:ARMm", "Daphnee:ARMp_up", "Daphnee:ARMp_do", "Daphnee:EPICl", "Daphnee:EPICm"],
 );
 
-const HAND: Group = ("hand", &["hand_top", "hand_left", "hand_right"]);
-const BACK: Group = ("back", &["back_top", "back_left", "back_right"]);
-const PILLOW: Group = ("pillow", &["pillow_top", "pillow_left", "pillow_right"]);
+const HAND: Group = ("hand", &["hand_*"]);
+const BACK: Group = ("back", &["back_*"]);
+const PILLOW: Group = ("pillow", &["pillow_*"]);
 
 pub(super) const FILES: &[File] = &[
     File {
@@ -120,37 +105,37 @@ pub(super) const FILES: &[File] = &[
     File {
         name: "kineticstoolkit/kinematics_basket_sprint.c3d",
         pairs: &[
-            ("chair-wheel", Content::C3d(&[CHAIR, WHEEL]), REVOLUTE),
-            ("arm-forearm", Content::C3d(&[CHAIR_ARM, CHAIR_FOREARM]), Truth::Unknown),
+            ("chair-wheel", Content::Markers(&[CHAIR, WHEEL]), REVOLUTE),
+            ("arm-forearm", Content::Markers(&[CHAIR_ARM, CHAIR_FOREARM]), Truth::Unknown),
         ],
         remark: "a wheelchair's instrumented wheel, many turns; truth by its mechanics; 39 % of the samples are missing and markers are confused in some frames; the elbow is shown only",
     },
     File {
         name: "biobuddy/right_knee.c3d",
         pairs: &[
-            ("thigh-shank", Content::C3d(&[THIGH, SHANK]), REVOLUTE),
-            ("pelvis-thigh", Content::C3d(&[PELVIS, THIGH]), Truth::Unknown),
+            ("thigh-shank", Content::Markers(&[THIGH, SHANK]), REVOLUTE),
+            ("pelvis-thigh", Content::Markers(&[PELVIS, THIGH]), Truth::Unknown),
         ],
         remark: "a knee bent for calibration: nearly a hinge (1.7 mm, 2.5 degrees), markers on skin; the hip is shown only",
     },
     File {
         name: "pyomeca/markers_analogs.c3d",
         pairs: &[
-            ("box A-box B", Content::C3d(&[BOX_A, BOX_B]), RIGID),
-            ("box-forearm", Content::C3d(&[BOX, FOREARM]), DISCONNECTED),
-            ("line-forearm", Content::C3d(&[BOX_LINE, FOREARM]), Truth::Not("revolute")),
-            ("line-others", Content::C3d(&[BOX_LINE, BOX_OTHERS]), Truth::Not("revolute")),
-            ("forearm-upper arm", Content::C3d(&[FOREARM, UPPER_ARM]), Truth::Unknown),
+            ("box A-box B", Content::Markers(&[BOX_A, BOX_B]), RIGID),
+            ("box-forearm", Content::Markers(&[BOX, FOREARM]), DISCONNECTED),
+            ("line-forearm", Content::Markers(&[BOX_LINE, FOREARM]), Truth::Not("revolute")),
+            ("line-others", Content::Markers(&[BOX_LINE, BOX_OTHERS]), Truth::Not("revolute")),
+            ("forearm-upper arm", Content::Markers(&[FOREARM, UPPER_ARM]), Truth::Unknown),
         ],
         remark: "a person carries a box; its markers, halved, are rigid to 0.15 mm; four of them (`line`) lie on one line, and taken as a body of their own make a false revolute joint about it; the elbow is shown only",
     },
     File {
         name: "hand_embodiment/recording.tsv",
         pairs: &[
-            ("hand-back", Content::Tsv(&[HAND, BACK]), DISCONNECTED),
-            ("hand-pillow", Content::Tsv(&[HAND, PILLOW]), DISCONNECTED),
-            ("back-pillow", Content::Tsv(&[BACK, PILLOW]), DISCONNECTED),
-            ("pillow", Content::Tsv(&[PILLOW]), Truth::Unknown),
+            ("hand-back", Content::Markers(&[HAND, BACK]), DISCONNECTED),
+            ("hand-pillow", Content::Markers(&[HAND, PILLOW]), DISCONNECTED),
+            ("back-pillow", Content::Markers(&[BACK, PILLOW]), DISCONNECTED),
+            ("pillow", Content::Markers(&[PILLOW]), Truth::Unknown),
         ],
         remark: "a person grasps a pillow that lies on a table nearly still; truth by what is shown",
     },
@@ -184,35 +169,19 @@ pub(super) const FILES: &[File] = &[
     File {
         name: "opensim/walking5.c3d",
         pairs: &[
-            (
-                "left knee",
-                Content::C3d(&[("thigh", &["LTH1", "LTH2", "LTH3"]), ("shank", &["LTB1", "LTB2", "LTB3"])]),
-                Truth::Unknown,
-            ),
-            (
-                "right knee",
-                Content::C3d(&[("thigh", &["RTH1", "RTH2", "RTH3"]), ("shank", &["RTB1", "RTB2", "RTB3"])]),
-                Truth::Unknown,
-            ),
+            ("left knee", Content::Markers(&[("thigh", &["LTH?"]), ("shank", &["LTB?"])]), Truth::Unknown),
+            ("right knee", Content::Markers(&[("thigh", &["RTH?"]), ("shank", &["RTB?"])]), Truth::Unknown),
         ],
         remark: "walking; markers on skin, 45 % missing",
     },
     File {
         name: "kineticstoolkit/c3d_test_suite/pc_real.c3d",
-        pairs: &[(
-            "right knee",
-            Content::C3d(&[("thigh", &["RTH1", "RTH2", "RTH3"]), ("shank", &["RSK1", "RSK2", "RSK3"])]),
-            Truth::Unknown,
-        )],
+        pairs: &[("right knee", Content::Markers(&[("thigh", &["RTH?"]), ("shank", &["RSK?"])]), Truth::Unknown)],
         remark: "walking; 89 frames, the same in six encodings",
     },
     File {
         name: "kineticstoolkit/c3d_test_suite/Eb015pi.c3d",
-        pairs: &[(
-            "right knee",
-            Content::C3d(&[("thigh", &["RTH1", "RTH2", "RTH3", "RTH4"]), ("shank", &["RSK1", "RSK2", "RSK3", "RSK4"])]),
-            Truth::Unknown,
-        )],
+        pairs: &[("right knee", Content::Markers(&[("thigh", &["RTH?"]), ("shank", &["RSK?"])]), Truth::Unknown)],
         remark: "walking; markers on plates",
     },
 ];

@@ -2,9 +2,11 @@
 
 pub(crate) mod check;
 pub(crate) mod completions;
+pub(crate) mod convert;
 pub(crate) mod evaluate;
 mod explain;
 pub(crate) mod init;
+pub(crate) mod inspect;
 pub(crate) mod man;
 pub(crate) mod models;
 pub(crate) mod reproduce;
@@ -38,4 +40,9 @@ fn too_fast(body: &str, degrees: f64) -> String {
     format!(
         "body `{body}` turns by {degrees:.0} degrees from one frame to the next; only less than 180 can be followed"
     )
+}
+
+/// Reads a word of the command line that stands for something.
+fn named<T: std::str::FromStr<Err: std::fmt::Display>>(word: &str) -> Result<T, String> {
+    word.parse().map_err(|error: T::Err| error.to_string())
 }

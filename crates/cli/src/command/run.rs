@@ -14,11 +14,11 @@ use std::{
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use jointscope_detection::{
-    Configuration, Detection, DetectionError, Detector, OutputSettings, RecordingSettings, SettingsError,
+    Bodies, Configuration, Detection, DetectionError, Detector, OutputSettings, RecordingSettings, SettingsError,
 };
 use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
-use jointscope_recordings::{ReadOptions, RecordingError};
+use jointscope_recordings::{BodyPatterns, Grouping, ReadOptions, RecordingError, join, read_with_notes};
 use jointscope_report::{
     Report, pairs_to_svg, to_explanation, to_html, to_json, to_mjcf, to_styled_table, to_svg, to_urdf,
 };
@@ -33,9 +33,9 @@ pub(crate) struct Arguments {
     /// The configuration
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
-    /// A recording, instead of the configuration's
+    /// A recording, instead of the configuration's; several files, each with bodies of its own, if given several times
     #[arg(long, value_name = "PATH", conflicts_with = "scene")]
-    input: Option<PathBuf>,
+    input: Vec<PathBuf>,
     /// A simulated scene, instead of the configuration's recording
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
@@ -201,18 +201,15 @@ fn obtain(
     arguments: &Arguments,
     file: &ConfigurationFile<'_>,
 ) -> Result<Recording, Failure> {
-    let read = |path: &Path| {
-        let options =
-            ReadOptions { format: word(settings.format.as_ref(), file)?, unit: word(settings.unit.as_ref(), file)? };
-        jointscope_recordings::read(path, &options).map_err(unread)
-    };
-    if let Some(path) = &arguments.input {
-        read(path)
+    let read = |paths: &[PathBuf]| read(paths, settings, arguments.quiet, file);
+    if !arguments.input.is_empty() {
+        read(&arguments.input)
     } else if let Some(scene) = &arguments.scene {
         simulated(scene, 0..0, settings)
             .map_err(|error| Failure::usage_with_help(error.message, &error.help.unwrap_or_default()))
-    } else if let Some(path) = &settings.path {
-        read(&file.path.parent().unwrap_or(Path::new("")).join(path))
+    } else if let Some(paths) = settings.paths.as_deref().or(settings.path.as_ref().map(std::slice::from_ref)) {
+        let folder = file.path.parent().unwrap_or(Path::new(""));
+        read(&paths.iter().map(|path| folder.join(path)).collect::<Vec<_>>())
     } else if let Some(scene) = &settings.scene {
         simulated(scene.as_ref(), scene.span(), settings).map_err(|error| file.failure(error))
     } else {
@@ -221,8 +218,57 @@ fn obtain(
     }
 }
 
-fn unread(error: RecordingError) -> Failure {
+/// Reads one file, or several as one recording, with its markers put together to bodies as the settings say.
+fn read(
+    paths: &[PathBuf],
+    settings: &RecordingSettings,
+    quiet: bool,
+    file: &ConfigurationFile<'_>,
+) -> Result<Recording, Failure> {
+    let grouping = match &settings.bodies {
+        None => Grouping::Own,
+        Some(Bodies::Suggest) => Grouping::Suggested,
+        Some(Bodies::Patterns(bodies)) => {
+            let body = |(name, patterns): &(String, Vec<String>)| BodyPatterns {
+                name: name.clone(),
+                patterns: patterns.clone(),
+            };
+            Grouping::Patterns(bodies.iter().map(body).collect())
+        }
+    };
+    let options = ReadOptions {
+        format: word(settings.format.as_ref(), file)?,
+        unit: word(settings.unit.as_ref(), file)?,
+        grouping,
+    };
+    let read = |path: &PathBuf| {
+        let (recording, notes) = read_with_notes(path, &options).map_err(|error| unread(error, file))?;
+        if !quiet {
+            for note in &notes {
+                output::remark(path, note);
+            }
+        }
+        Ok((path.clone(), recording))
+    };
+    let mut recordings = paths.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+    match recordings.pop() {
+        Some((_, recording)) if recordings.is_empty() => Ok(recording),
+        last => join(recordings.into_iter().chain(last).collect()).map_err(Failure::data),
+    }
+}
+
+fn unread(error: RecordingError, file: &ConfigurationFile<'_>) -> Failure {
     match error {
+        RecordingError::Pattern { path, body, pattern, problem, help } => {
+            let message = format!("{}: body `{body}`: {problem}: `{pattern}`", path.display());
+            file.wrong("bodies", &pattern, message, &help)
+        }
+        RecordingError::Ungrouped { .. } => {
+            let help = "say which under [recording], for example bodies.wheel = [\"W1\", \"W2\", \"W3\"]; \
+                        `inspect FILE --suggest-bodies` writes a configuration to start from, and \
+                        bodies = \"suggest\" takes its suggestion";
+            Failure::data_with_help(error, help)
+        }
         RecordingError::UnknownExtension { .. } => {
             Failure::data_with_help(error, "write, for example, format = \"csv\" under [recording]")
         }

@@ -1,0 +1,121 @@
+//! `convert`: a recording in another format.
+
+use std::{
+    io::Cursor,
+    path::{Path, PathBuf},
+};
+
+use clap::{Args, ValueEnum};
+use jointscope_motion::Recording;
+use jointscope_recordings::{
+    Format, Grouping, Markers, ReadOptions, RecordingError, Unit, group, read_markers, write_csv, write_npz, write_trc,
+};
+
+use crate::{failure::Failure, output};
+
+/// Write a recording in another format
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The recording
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// The file to write: `.csv`, `.npz`, `.trc` or `.parquet`
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    /// Write the points or the poses alone, of a file that has both
+    #[arg(long, value_enum)]
+    only: Option<Only>,
+    /// Format of the file to read, if neither its content nor its extension tells
+    #[arg(long, value_name = "FORMAT", value_parser = super::named::<Format>)]
+    input_format: Option<Format>,
+    /// Unit of the lengths in the file to read: m, cm, mm or in; the one that the file states, or m, if left out
+    #[arg(long, value_parser = super::named::<Unit>)]
+    unit: Option<Unit>,
+    /// Say nothing about markers that are left out
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Only {
+    /// Markers and other points
+    Points,
+    /// Bodies that the file gives as poses
+    Poses,
+}
+
+/// What writes a format.
+type Write = fn(Markers, &Path) -> Result<(Vec<u8>, Vec<String>), RecordingError>;
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let write = writer(&arguments.output)?;
+    let options = ReadOptions { format: arguments.input_format, unit: arguments.unit, ..ReadOptions::default() };
+    let mut markers = read_markers(&arguments.input, &options).map_err(Failure::data)?;
+    match arguments.only {
+        Some(Only::Points) => markers.poses.clear(),
+        Some(Only::Poses) => (markers.markers, markers.positions) = (Vec::new(), Vec::new()),
+        None if !markers.poses.is_empty() && !markers.markers.is_empty() => {
+            let error =
+                format!("{}: the file has points and poses, and one file holds either", arguments.input.display());
+            return Err(Failure::data_with_help(error, "give --only points or --only poses"));
+        }
+        None => {}
+    }
+    if markers.markers.is_empty() && markers.poses.is_empty() {
+        return Err(Failure::data(format!(
+            "{}: the file has none of these; leave --only out",
+            arguments.input.display()
+        )));
+    }
+    let (bytes, notes) = write(markers, &arguments.input).map_err(Failure::data)?;
+    if !arguments.quiet {
+        for note in &notes {
+            output::remark(&arguments.input, note);
+        }
+    }
+    let folder = arguments.output.parent().unwrap_or(Path::new(""));
+    if !folder.as_os_str().is_empty() {
+        output::make_folder(folder)?;
+    }
+    output::write_files(&[(&arguments.output, &bytes)])
+}
+
+/// What writes the format that the extension of a file tells.
+fn writer(path: &Path) -> Result<Write, Failure> {
+    match Format::of_path(path) {
+        Ok(Format::Csv) => Ok(|markers, path| with_bodies(markers, path, write_csv)),
+        Ok(Format::Npz) => {
+            Ok(|markers, path| with_bodies(markers, path, |recording, bytes| write_npz(recording, Cursor::new(bytes))))
+        }
+        Ok(Format::Trc) => Ok(|markers, _| {
+            let mut bytes = Vec::new();
+            write_trc(&markers, &mut bytes)?;
+            Ok((bytes, markers.notes))
+        }),
+        #[cfg(feature = "parquet")]
+        Ok(Format::Parquet) => Ok(|markers, path| with_bodies(markers, path, jointscope_recordings::write_parquet)),
+        #[cfg(not(feature = "parquet"))]
+        Ok(Format::Parquet) => {
+            let error = format!("{}: this program is built without Parquet", path.display());
+            Err(Failure::usage_with_help(error, "build it with the feature `parquet`, or write csv"))
+        }
+        _ => {
+            let path = path.display();
+            let error =
+                format!("{path}: csv, npz, trc and parquet can be written, and the extension tells none of them");
+            Err(Failure::usage_with_help(error, "let the name end with `.csv`, `.npz`, `.trc` or `.parquet`"))
+        }
+    }
+}
+
+/// Writes a format that knows bodies.
+fn with_bodies(
+    markers: Markers,
+    path: &Path,
+    write: impl Fn(&Recording, &mut Vec<u8>) -> Result<(), RecordingError>,
+) -> Result<(Vec<u8>, Vec<String>), RecordingError> {
+    let (recording, notes) = group(markers, &Grouping::All, path)?;
+    let mut bytes = Vec::new();
+    write(&recording, &mut bytes)?;
+    Ok((bytes, notes))
+}
