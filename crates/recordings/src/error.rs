@@ -28,8 +28,8 @@ pub enum RecordingError {
     /// The extension does not tell the format.
     #[error(
         "{path}: the extension does not tell the format; known are csv and tsv (tables), log, txt and tum (pose \
-         text), npz, c3d, trc and parquet; otherwise name the format: csv, poses, npz, c3d, trc, qualisys, vicon, \
-         motive, euroc or parquet"
+         text), npz, c3d and trc; otherwise name the format: csv, poses, npz, c3d, trc, qualisys, vicon, motive or \
+         euroc"
     )]
     UnknownExtension {
         /// The file.

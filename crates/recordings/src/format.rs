@@ -32,13 +32,11 @@ pub enum Format {
     Motive,
     /// Poses of one body as the `EuRoC` data sets write them, `"euroc"`; see [`euroc`](crate::euroc).
     Euroc,
-    /// A table of points in columns, `"parquet"`, where the program is built with the feature of that name.
-    Parquet,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Csv,
         Self::Poses,
         Self::Npz,
@@ -48,11 +46,10 @@ impl Format {
         Self::Vicon,
         Self::Motive,
         Self::Euroc,
-        Self::Parquet,
     ];
 
     /// The format that the extension of a file tells, in upper or lower case: `csv` and `tsv` are tables, `log`, `txt`
-    /// and `tum` are pose text, `npz`, `c3d`, `trc` and `parquet` are themselves.
+    /// and `tum` are pose text, `npz`, `c3d` and `trc` are themselves.
     ///
     /// # Errors
     /// [`RecordingError::UnknownExtension`].
@@ -64,7 +61,6 @@ impl Format {
             Some("npz") => Ok(Self::Npz),
             Some("c3d") => Ok(Self::C3d),
             Some("trc") => Ok(Self::Trc),
-            Some("parquet") => Ok(Self::Parquet),
             _ => Err(RecordingError::UnknownExtension { path: path.into() }),
         }
     }
@@ -83,7 +79,6 @@ impl Format {
 
         match bytes {
             [b'P', b'K', 3, 4, ..] => return Some(Self::Npz),
-            [b'P', b'A', b'R', b'1', ..] => return Some(Self::Parquet),
             [2, 80, ..] => return Some(Self::C3d),
             _ => {}
         }
@@ -114,7 +109,6 @@ impl fmt::Display for Format {
             Self::Vicon => "vicon",
             Self::Motive => "motive",
             Self::Euroc => "euroc",
-            Self::Parquet => "parquet",
         })
     }
 }
@@ -126,7 +120,7 @@ impl FromStr for Format {
         Self::ALL.into_iter().find(|format| format.to_string() == name).ok_or_else(|| RecordingError::UnknownName {
             what: "format",
             found: name.into(),
-            known: "csv, poses, npz, c3d, trc, qualisys, vicon, motive, euroc and parquet",
+            known: "csv, poses, npz, c3d, trc, qualisys, vicon, motive and euroc",
         })
     }
 }

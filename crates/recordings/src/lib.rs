@@ -1,7 +1,7 @@
 //! Files of tracked points and poses, read into a [`Recording`](jointscope_motion::Recording) and written from one.
 //!
 //! ```text
-//! file ─ read ─┬─ csv_table, parquet                      one row per sample: points or poses of any number of bodies
+//! file ─ read ─┬─ csv_table                               one row per sample: points or poses of any number of bodies
 //!              ├─ pose_text, euroc                        one row per frame: positions or poses of one body
 //!              ├─ npz                                     numpy's arrays: points of any number of bodies
 //!              └─ c3d, trc, qualisys, vicon, motive       markers of motion capture ─ grouping ─ bodies

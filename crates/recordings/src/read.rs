@@ -82,14 +82,6 @@ fn open(path: &Path, options: &ReadOptions) -> Result<(Content, Format, Unit), R
         Format::Qualisys => Content::Markers(qualisys::parse(&bytes, path, options.unit)?),
         Format::Vicon => Content::Markers(vicon::parse(&bytes, path, options.unit)?),
         Format::Motive => Content::Markers(motive::parse(&bytes, path, options.unit)?),
-        #[cfg(feature = "parquet")]
-        Format::Parquet => Content::Recording(crate::parquet::parse(&bytes, path, unit)?),
-        #[cfg(not(feature = "parquet"))]
-        Format::Parquet => {
-            let problem = "this program is built without Parquet; build it with the feature `parquet`, or convert the \
-                           file to csv";
-            return Err(RecordingError::in_file(path, problem));
-        }
     };
     Ok((content, format, unit))
 }

@@ -19,7 +19,7 @@ pub(crate) struct Arguments {
     /// The recording
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// The file to write: `.csv`, `.npz`, `.trc` or `.parquet`
+    /// The file to write: `.csv`, `.npz` or `.trc`
     #[arg(value_name = "OUT")]
     output: PathBuf,
     /// Write the points or the poses alone, of a file that has both
@@ -92,18 +92,10 @@ fn writer(path: &Path) -> Result<Write, Failure> {
             write_trc(&markers, &mut bytes)?;
             Ok((bytes, markers.notes))
         }),
-        #[cfg(feature = "parquet")]
-        Ok(Format::Parquet) => Ok(|markers, path| with_bodies(markers, path, jointscope_recordings::write_parquet)),
-        #[cfg(not(feature = "parquet"))]
-        Ok(Format::Parquet) => {
-            let error = format!("{}: this program is built without Parquet", path.display());
-            Err(Failure::usage_with_help(error, "build it with the feature `parquet`, or write csv"))
-        }
         _ => {
             let path = path.display();
-            let error =
-                format!("{path}: csv, npz, trc and parquet can be written, and the extension tells none of them");
-            Err(Failure::usage_with_help(error, "let the name end with `.csv`, `.npz`, `.trc` or `.parquet`"))
+            let error = format!("{path}: csv, npz and trc can be written, and the extension tells none of them");
+            Err(Failure::usage_with_help(error, "let the name end with `.csv`, `.npz` or `.trc`"))
         }
     }
 }

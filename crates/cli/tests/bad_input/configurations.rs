@@ -113,7 +113,7 @@ fn what_is_not_toml_points_at_the_place() {
 #[test]
 fn a_unit_or_format_that_does_not_exist_points_at_the_word() {
     misconfigured("[recording]\nunit = 'km'", "2:8", &["no unit is named `km`; known are m, cm, mm and in"]);
-    misconfigured("[recording]\nformat = 'cvs'", "2:10", &["no format is named `cvs`; known are csv, poses and npz"]);
+    misconfigured("[recording]\nformat = 'cvs'", "2:10", &["no format is named `cvs`; known are csv, poses, npz, c3d"]);
 }
 
 #[test]

@@ -5,6 +5,7 @@
 
 mod command_line;
 mod configurations;
+mod markers;
 mod paths;
 mod place;
 mod recordings;
