@@ -4,8 +4,9 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
+use crate::markers::distinct;
 use crate::text::{number, quoted};
-use crate::{RecordingError, Unit};
+use crate::{Format, Markers, RecordingError, Unit};
 
 /// The lines of a table cut into cells, with their numbers from 1; cells may be quoted.
 pub(crate) fn lines(text: &str, separator: char) -> impl Iterator<Item = (u64, Vec<&str>)> {
@@ -74,21 +75,47 @@ impl Samples {
         Ok(())
     }
 
-    /// The times, if the rows give them.
-    pub(crate) fn times(&self) -> Option<Vec<f64>> {
-        (!self.times.iter().any(|time| time.is_nan())).then(|| self.times.clone())
-    }
-
-    /// Refuses a table without rows.
-    pub(crate) fn check(&self, path: &Path) -> Result<(), RecordingError> {
-        if self.frame_numbers.is_empty() {
+    /// All that was read, unless there are no rows.
+    pub(crate) fn into_markers(
+        self,
+        path: &Path,
+        Source { format, unit, unit_stated, rate }: Source,
+        names: Vec<String>,
+        mut notes: Vec<String>,
+    ) -> Result<Markers, RecordingError> {
+        let Self { frame_numbers, times, positions, .. } = self;
+        if frame_numbers.is_empty() {
             return Err(RecordingError::in_file(
                 path,
                 "the table has names of markers but no rows; needed at least one frame",
             ));
         }
-        Ok(())
+        let markers = distinct(names, &mut notes);
+        // Rows have a time all, or none.
+        let times = (!times[0].is_nan()).then_some(times);
+        Ok(Markers {
+            format,
+            unit,
+            unit_stated,
+            rate,
+            frame_numbers,
+            times,
+            markers,
+            positions,
+            poses: Vec::new(),
+            notes,
+        })
     }
+}
+
+/// What a table says of itself.
+pub(crate) struct Source {
+    pub format: Format,
+    pub unit: Unit,
+    /// Whether the unit is the file's, not the caller's or the format's.
+    pub unit_stated: bool,
+    /// Frames per second.
+    pub rate: Option<f64>,
 }
 
 /// A row that should have so many cells at least.
@@ -100,6 +127,15 @@ pub(crate) fn check_length(cells: &[&str], needed: usize, markers: usize) -> Res
         "needed {needed} cells for {markers} markers, found {}; the file may be cut off, write it again",
         cells.len()
     ))
+}
+
+/// A row that should have just so many cells, and blank ones behind.
+pub(crate) fn check_width(cells: &[&str], needed: usize, markers: usize) -> Result<(), String> {
+    check_length(cells, needed, markers)?;
+    if is_blank(&cells[needed..]) {
+        return Ok(());
+    }
+    Err(format!("needed {needed} cells for {markers} markers, found more; name every marker"))
 }
 
 /// A frame number.

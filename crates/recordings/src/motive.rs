@@ -22,8 +22,7 @@ use std::path::Path;
 
 use jointscope_motion::Pose;
 
-use crate::marker_table::{Samples, check_length, frame, is_blank, lines};
-use crate::markers::distinct;
+use crate::marker_table::{Samples, Source, check_length, frame, is_blank, lines};
 use crate::pose::pose;
 use crate::text::{decode, number, quoted};
 use crate::{Format, Markers, RecordingError, Unit};
@@ -101,27 +100,12 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
         };
         read().map_err(at(line))?;
     }
-    samples.check(path)?;
-    let mut notes = Vec::new();
-    let markers = distinct(marker_names, &mut notes);
     let rate = stated("Export Frame Rate").or(stated("Capture Frame Rate"));
     let rate = rate.and_then(|cell| cell.parse().ok()).filter(|rate: &f64| *rate > 0. && rate.is_finite());
-    let times = samples.times();
-    let Samples { frame_numbers, positions, .. } = samples;
     let names = columns.poses.into_iter().map(|(name, _)| name);
     let poses = names.zip(poses).collect();
-    Ok(Markers {
-        format: Format::Motive,
-        unit,
-        unit_stated,
-        rate,
-        frame_numbers,
-        times,
-        markers,
-        positions,
-        poses,
-        notes,
-    })
+    let markers = samples.into_markers(path, Source { format: Format::Motive, unit, unit_stated, rate }, marker_names, Vec::new())?;
+    Ok(Markers { poses, ..markers })
 }
 
 /// Cells of a body's rotation, x y z w, and of its position.

@@ -10,8 +10,7 @@
 
 use std::path::Path;
 
-use crate::marker_table::{Samples, check_length, frame, is_blank, lines};
-use crate::markers::distinct;
+use crate::marker_table::{Samples, Source, check_width, frame, is_blank, lines};
 use crate::text::{decode, number, quoted};
 use crate::{Format, Markers, RecordingError, Unit};
 
@@ -25,43 +24,21 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
     let (unit, unit_stated) = (unit.unwrap_or(Unit::Millimetre), unit.is_none());
     let mut samples = Samples::default();
     let needed = columns + 3 * names.len();
-    for (line, mut cells) in lines(text, '\t').skip(rows_from) {
+    for (line, cells) in lines(text, '\t').skip(rows_from) {
         if is_blank(&cells) {
             continue;
         }
         let mut read = || {
-            check_length(&cells, needed, names.len())?;
-            if !is_blank(&cells.split_off(needed)) {
-                return Err(format!(
-                    "needed {needed} cells for {} markers, found more; name every marker",
-                    names.len()
-                ));
-            }
+            check_width(&cells, needed, names.len())?;
             let row = samples.frame_numbers.len() as u64;
             let frame = if columns > 0 { frame(cells[0])? } else { row + 1 };
             let time = if columns > 1 { number(cells[1])? } else { (frame.saturating_sub(1)) as f64 / rate };
             samples.begin(line, frame, time)?;
-            samples.markers(&cells[columns..], &names, unit, true)
+            samples.markers(&cells[columns..needed], &names, unit, true)
         };
         read().map_err(|problem| RecordingError::at_line(path, line, problem))?;
     }
-    samples.check(path)?;
-    let mut notes = Vec::new();
-    let markers = distinct(names, &mut notes);
-    let times = samples.times();
-    let Samples { frame_numbers, positions, .. } = samples;
-    Ok(Markers {
-        format: Format::Qualisys,
-        unit,
-        unit_stated,
-        rate: Some(rate),
-        frame_numbers,
-        times,
-        markers,
-        positions,
-        poses: Vec::new(),
-        notes,
-    })
+    samples.into_markers(path, Source { format: Format::Qualisys, unit, unit_stated, rate: Some(rate) }, names, Vec::new())
 }
 
 /// What stands above the rows.

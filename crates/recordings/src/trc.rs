@@ -17,8 +17,7 @@
 
 use std::path::Path;
 
-use crate::marker_table::{Samples, cells, check_length, frame, is_blank, lines};
-use crate::markers::distinct;
+use crate::marker_table::{Samples, Source, cells, check_width, frame, is_blank, lines};
 use crate::text::{decode, number, quoted};
 use crate::{Format, Markers, RecordingError, Unit};
 
@@ -66,19 +65,12 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
             continue;
         }
         let mut read = || {
-            check_length(&cells, needed, names.len())?;
-            if !is_blank(&cells[needed..]) {
-                return Err(format!(
-                    "needed {needed} cells for {} markers, found more; name every marker",
-                    names.len()
-                ));
-            }
+            check_width(&cells, needed, names.len())?;
             samples.begin(number_of_line, frame(cells[0])?, number(cells[1])?)?;
             samples.markers(&cells[2..needed], &names, unit, false)
         };
         read().map_err(at(number_of_line))?;
     }
-    samples.check(path)?;
     let mut notes = Vec::new();
     let promised = header("NumFrames").and_then(|cell| cell.parse::<f64>().ok());
     if let Some(promised) = promised.filter(|promised| *promised != samples.frame_numbers.len() as f64) {
@@ -86,21 +78,7 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
     }
     let rate =
         header("DataRate").and_then(|cell| cell.parse().ok()).filter(|rate: &f64| *rate > 0. && rate.is_finite());
-    let markers = distinct(names, &mut notes);
-    let times = samples.times();
-    let Samples { frame_numbers, positions, .. } = samples;
-    Ok(Markers {
-        format: Format::Trc,
-        unit,
-        unit_stated,
-        rate,
-        frame_numbers,
-        times,
-        markers,
-        positions,
-        poses: Vec::new(),
-        notes,
-    })
+    samples.into_markers(path, Source { format: Format::Trc, unit, unit_stated, rate }, names, notes)
 }
 
 #[cfg(test)]

@@ -15,8 +15,7 @@
 
 use std::path::Path;
 
-use crate::marker_table::{Samples, check_length, frame, is_blank, lines};
-use crate::markers::distinct;
+use crate::marker_table::{Samples, Source, check_length, frame, is_blank, lines};
 use crate::text::{decode, number, quoted};
 use crate::{Format, Markers, RecordingError, Unit};
 
@@ -79,23 +78,7 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
         };
         read().map_err(at(line))?;
     }
-    samples.check(path)?;
-    let mut notes = Vec::new();
-    let markers = distinct(names, &mut notes);
-    let times = samples.times();
-    let Samples { frame_numbers, positions, .. } = samples;
-    Ok(Markers {
-        format: Format::Vicon,
-        unit,
-        unit_stated,
-        rate: Some(rate),
-        frame_numbers,
-        times,
-        markers,
-        positions,
-        poses: Vec::new(),
-        notes,
-    })
+    samples.into_markers(path, Source { format: Format::Vicon, unit, unit_stated, rate: Some(rate) }, names, Vec::new())
 }
 
 #[cfg(test)]
