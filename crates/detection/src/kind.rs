@@ -1,6 +1,6 @@
 //! What kind of joint a verdict is, whatever its model is called.
 
-use jointscope_models::JointFit;
+use jointscope_models::{JointFit, Positions};
 
 use crate::PairDetection;
 
@@ -58,7 +58,8 @@ impl PairDetection {
         let Some(axis) = self.axis else {
             return if fit.is_some_and(holds_still) { JointKind::Rigid } else { JointKind::Disconnected };
         };
-        let freedoms = self.positions.as_ref().map_or(1, jointscope_models::Positions::freedoms);
+        let of_evidence = fit.and_then(|fit| fit.evidence).map(|e| usize::from(e.mobility.turns + e.mobility.slides));
+        let freedoms = self.positions.as_ref().map(Positions::freedoms).or(of_evidence).unwrap_or(1);
         match (axis.direction, axis.pitch, freedoms) {
             (None, _, 2) => JointKind::Universal,
             (None, ..) => JointKind::Spherical,

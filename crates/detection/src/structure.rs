@@ -95,9 +95,10 @@ impl Structure {
         let tree = spanning(bodies.len(), pairs, &ends);
         let base = base.unwrap_or_else(|| base_of(bodies, poses, pairs, &tree, &ends));
         let branches = branches(base, bodies.len(), &tree, &ends);
+        let parents = parents(bodies.len(), &branches);
         let beside = (0..pairs.len()).filter(|pair| !tree.contains(pair));
         let indirect = beside.map(|pair| {
-            let way = way(ends[pair], &tree, &ends);
+            let way = way(ends[pair], &parents);
             let direct = pairs[pair].kind().freedoms();
             let closes_loop = pairs[pair].determined
                 && pairs[pair].kind().connects()
@@ -235,27 +236,36 @@ fn branches(base: usize, bodies: usize, tree: &[usize], ends: &[[usize; 2]]) -> 
     branches
 }
 
-/// The pairs on the way through the tree.
-fn way([from, to]: [usize; 2], tree: &[usize], ends: &[[usize; 2]]) -> Vec<usize> {
-    let mut ways = vec![(from, Vec::new())];
-    let mut next = 0;
-    while let Some((body, way)) = ways.get(next).cloned() {
-        if body == to {
-            return way;
-        }
-        for &pair in tree {
-            let other = match ends[pair] {
-                [a, b] if a == body => b,
-                [a, b] if b == body => a,
-                _ => continue,
-            };
-            if ways.iter().all(|(visited, _)| *visited != other) {
-                ways.push((other, [way.clone(), vec![pair]].concat()));
-            }
-        }
-        next += 1;
+/// The joint, and the body at its other end, by which every body hangs on the one before it.
+fn parents(bodies: usize, branches: &[Branch]) -> Vec<Option<(usize, usize)>> {
+    let mut parents = vec![None; bodies];
+    for Branch { parent, child, pair } in branches {
+        parents[*child] = pair.map(|pair| (pair, *parent));
     }
-    Vec::new()
+    parents
+}
+
+/// The pairs on the way through the tree, in order; empty if no joints lead there.
+fn way([from, to]: [usize; 2], parents: &[Option<(usize, usize)>]) -> Vec<usize> {
+    let up = |body: usize| {
+        let mut next = Some((usize::MAX, body));
+        std::iter::from_fn(move || {
+            let (pair, body) = next?;
+            next = parents[body];
+            Some((pair, body))
+        })
+        .collect::<Vec<_>>()
+    };
+    let (mut there, mut back) = (up(from), up(to));
+    if there.last().map(|(_, root)| root) != back.last().map(|(_, root)| root) {
+        return Vec::new();
+    }
+    // What both ways share above the body where they meet is none of the way.
+    while there.len() > 1 && back.len() > 1 && there[there.len() - 2].1 == back[back.len() - 2].1 {
+        there.pop();
+        back.pop();
+    }
+    there.iter().skip(1).chain(back.iter().skip(1).rev()).map(|(pair, _)| *pair).collect()
 }
 
 /// How many ways of moving joints in a row give together: the rank of their twists at a moment when all are seen.
@@ -394,6 +404,17 @@ mod tests {
         let ramp = |factor: f64| Positions::of_one_freedom((0..100).map(|t| Some(factor * f64::from(t))));
         assert_eq!(proportion(&ramp(1.0), &ramp(3.0)), None);
         assert_eq!(proportion(&wave(1.0, 0.0), &ramp(1.0)), None);
+    }
+
+    #[test]
+    fn ways_through_the_tree_meet_where_they_part() {
+        // 0 - 1 - 2, 1 - 3, and 4 apart; pair 10 b leads up from body b.
+        let parents = [None, Some((10, 0)), Some((20, 1)), Some((30, 1)), None];
+        assert_eq!(way([2, 3], &parents), [20, 30]);
+        assert_eq!(way([0, 3], &parents), [10, 30]);
+        assert_eq!(way([2, 0], &parents), [20, 10]);
+        assert_eq!(way([2, 1], &parents), [20]);
+        assert_eq!((way([2, 4], &parents), way([3, 3], &parents)), (vec![], vec![]));
     }
 
     #[test]
