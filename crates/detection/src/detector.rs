@@ -5,12 +5,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::{Axis, Confidence, JointFit, JointModel};
 use jointscope_motion::{
-    Body, BodyMotion, DepthGain, MotionError, Observation, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
+    Body, BodyMotion, DepthGain, MotionError, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
     undo_depth_gain,
 };
 use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
 use rayon::prelude::*;
 
+use crate::watched::Watched;
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, Structure};
 
 /// Name of the body at rest that a recording of one body is analysed against.
@@ -37,125 +38,6 @@ pub struct Detector {
 
 /// Two bodies of a recording, by their index, the reference first.
 type Pair = (usize, usize);
-
-/// A body's motion, and what must be said of it in every pair that it is in.
-struct Watched<'r> {
-    motion: BodyMotion<'r>,
-    depth_gain: Option<DepthGain>,
-    notes: Vec<String>,
-    /// Why no pair of this body is determined, if so.
-    doubt: Option<String>,
-}
-
-impl<'r> Watched<'r> {
-    fn of(motion: BodyMotion<'r>, body: &Body, depth_gain: Option<DepthGain>, frame_numbers: &[u64]) -> Self {
-        let name = motion.name();
-        let unposed = motion.unposed().map(|reason| format!("{name}: {reason}; only its positions count"));
-        let mut notes: Vec<String> = unposed.into_iter().chain(far_away(&motion)).collect();
-        let labels = match body.observation() {
-            Observation::Points { labels, .. } => labels.as_slice(),
-            _ => &[],
-        };
-        notes.extend(left_out(&motion, labels));
-        let of_points = matches!(body.observation(), Observation::Points { .. });
-        notes.extend(depth_gain.filter(|_| of_points).and_then(|gain| undone(name, gain)));
-        let few = few_and_wild(&motion);
-        let doubt = motion.outlier().and_then(|outlier| {
-            Some(format!(
-                "{name}: feature `{}` in frame {} is {:.3} m from where the rest of the body puts it, with a noise of \
-                 {:.4} m; such samples spoil verdicts and axes, leave them out",
-                labels.get(outlier.feature)?,
-                frame_numbers[outlier.frame],
-                outlier.distance,
-                outlier.noise
-            ))
-        });
-        let restless = motion.restless().map(|share| {
-            format!(
-                "{name}: the tracked orientation jumps in {:.0} % of the frames, too many to tell which are right",
-                100.0 * share
-            )
-        });
-        let doubt = doubt.or(few).or(restless);
-        Self { motion, depth_gain, notes, doubt }
-    }
-}
-
-/// Says what was done about depth changes that a single camera compresses.
-fn undone(name: &str, gain: DepthGain) -> Option<String> {
-    match gain {
-        DepthGain { observable: false, .. } => Some(format!(
-            "{name}: whether its depth changes are compressed is not seen; a turn out of the image plane would tell"
-        )),
-        DepthGain { gain: 1.0, .. } => None,
-        DepthGain { gain, standard_error: Some(error), .. } => {
-            Some(format!("{name}: depth changes were compressed to {gain:.3} (± {error:.3}), which was undone"))
-        }
-        DepthGain { gain, .. } => Some(format!("{name}: depth changes were compressed to {gain:.3}, which was undone")),
-    }
-}
-
-/// Says so if samples of a body are wild that shows too few features to tell which.
-fn few_and_wild(motion: &BodyMotion<'_>) -> Option<String> {
-    /// Features of which the majority can be told in every frame.
-    const ENOUGH: usize = 6;
-    /// Share of wild samples that even a few features tell apart: single ones stand out of their own path.
-    const MANY: f64 = 0.03;
-    let (tracks, features) = (motion.tracks(), motion.tracks().features());
-    let samples: usize = (0..tracks.frames()).map(|frame| tracks.seen_count(frame)).sum();
-    let many = motion.wild_samples() as f64 > MANY * samples as f64;
-    (many && features < ENOUGH).then(|| {
-        format!(
-            "{}: samples are wild, and {features} features are too few to be sure which; track more, or leave them out",
-            motion.name()
-        )
-    })
-}
-
-/// Says what of a body was left out as wrong, and how its noise is.
-fn left_out(motion: &BodyMotion<'_>, labels: &[String]) -> Vec<String> {
-    let name = motion.name();
-    let mut notes = Vec::new();
-    let strays: Vec<String> =
-        motion.strays().iter().filter_map(|&feature| Some(format!("`{}`", labels.get(feature)?))).collect();
-    match strays.len() {
-        0 => {}
-        1 => notes.push(format!("{name}: feature {} disagrees with the body and was left out", strays[0])),
-        _ => notes.push(format!("{name}: features {} disagree with the body and were left out", strays.join(", "))),
-    }
-    match motion.wild_samples() {
-        0 => {}
-        1 => notes.push(format!("{name}: 1 wild sample was left out")),
-        count => notes.push(format!("{name}: {count} wild samples were left out")),
-    }
-    match motion.jumps() {
-        0 => {}
-        1 => notes.push(format!("{name}: the tracked pose jumps in 1 frame, which was smoothed or left out")),
-        count => {
-            notes.push(format!("{name}: the tracked pose jumps in {count} frames, which were smoothed or left out"));
-        }
-    }
-    if motion.unposed().is_none() && motion.line().is_some() {
-        notes.push(format!("{name}: its features lie nearly on one line; the turn about it is not seen"));
-    }
-    let depth = motion.depth_noise();
-    if !(0.75..1.3).contains(&depth) {
-        notes.push(format!("{name}: noise along the viewing ray is {depth:.1} times that across it"));
-    }
-    notes
-}
-
-/// Says so if a body is so far away that its unit is likely wrong.
-fn far_away(motion: &BodyMotion<'_>) -> Option<String> {
-    /// Metres; no camera or marker system looks so far.
-    const FAR: f64 = 200.0;
-    let tracks = motion.tracks();
-    let largest =
-        (0..tracks.frames()).flat_map(|frame| tracks.frame(frame)).map(|p| p.coords.amax()).fold(0.0, f64::max);
-    let name = motion.name();
-    (largest > FAR)
-        .then(|| format!("{name}: coordinates reach {largest:.3e} m; if the file is not in metres, give its `unit`"))
-}
 
 impl Detector {
     /// A detector by a configuration.

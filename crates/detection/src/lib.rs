@@ -16,6 +16,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bodies;
 mod builder;
 mod configuration;
 mod detection;
@@ -26,9 +27,11 @@ pub mod place;
 pub mod schema;
 pub mod starter;
 mod structure;
+mod watched;
 
+pub use bodies::Bodies;
 pub use builder::ConfigurationBuilder;
-pub use configuration::{Bodies, Configuration, NamedModel, OutputSettings, RecordingSettings};
+pub use configuration::{Configuration, NamedModel, OutputSettings, RecordingSettings};
 pub use detection::{Detection, ModelFinding, PairDetection};
 pub use detector::Detector;
 pub use error::DetectionError;

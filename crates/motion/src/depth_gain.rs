@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Matrix6xX, Point3, SMatrix, U
 
 use crate::noise::believed_drift;
 use crate::poses::Shape;
-use crate::robust::register_robustly;
+use crate::robust::{MEDIAN_LENGTH, SCALE, WILD, register_robustly};
 use crate::{Body, DepthGainSetting, Observation, Pose, Tracks, evenly, quantile};
 
 /// Gains that fits begin with, and those that are believed.
@@ -16,11 +16,8 @@ const FRAMES: usize = 150;
 /// Iterations of a fit, and relative change of its cost at which it ends.
 const ITERATIONS: usize = 30;
 const CONVERGED: f64 = 1e-9;
-/// Rounds in which samples are weighed anew, and their distance in standard deviations beyond which they are wild.
+/// Rounds in which samples are weighed anew.
 const ROUNDS: usize = 4;
-const WILD: f64 = 4.5;
-/// Median of the length of a standard normal vector of three coordinates.
-const MEDIAN_LENGTH: f64 = 1.538;
 /// Relative standard error from which a gain counts as unseen.
 const VAGUE: f64 = 0.05;
 /// Standard errors by which a gain must differ from 1 for depths to be changed.
@@ -94,11 +91,9 @@ struct Bundle<'t> {
     fixed: bool,
     /// Of every sample of `frames`, 0 for those that are missing or wild.
     weights: Vec<f64>,
-    /// Standard deviation of a coordinate.
-    sigma: f64,
 }
 
-/// Features that are seen first at other depths have compressed ones.
+/// A place with its depth change restored, for a feature that was at this depth at the first frame.
 fn unstretched(place: &Point3<f64>, depth: f64, gain: f64) -> Point3<f64> {
     Point3::new(place.x, place.y, depth + (place.z - depth) / gain)
 }
@@ -112,11 +107,11 @@ impl<'t> Bundle<'t> {
             if seen.is_empty() {
                 return None;
             }
-            self.sigma = (quantile(&mut seen, 0.5) / MEDIAN_LENGTH).max(1e-12);
+            let sigma = (quantile(&mut seen, 0.5) / MEDIAN_LENGTH).max(1e-12);
             let soft = round + 2 < ROUNDS;
-            let weight = |length: &f64| match length / self.sigma {
+            let weight = |length: &f64| match length / sigma {
                 far if far.is_nan() => 0.0,
-                far if soft => (9.0 / (9.0 + far * far)).powi(2),
+                far if soft => (SCALE.powi(2) / (SCALE.powi(2) + far * far)).powi(2),
                 far => f64::from(far < WILD),
             };
             self.weights = lengths.iter().map(weight).collect();
@@ -148,7 +143,7 @@ impl<'t> Bundle<'t> {
         let posed: Vec<usize> = (0..tracks.frames()).filter(|frame| registered.poses[*frame].is_some()).collect();
         let frames: Vec<usize> = evenly(posed.len(), FRAMES).into_iter().map(|index| posed[index]).collect();
         let poses: Vec<Pose> = frames.iter().filter_map(|frame| registered.poses[*frame]).collect();
-        // A feature with a gain of its own must be seen more often than it has numbers.
+        // What is seen twice only says nothing beyond its own place.
         let often = |feature: usize| frames.iter().filter(|frame| tracks.is_visible(**frame, feature)).count() > 2;
         let shape: Shape =
             registered.shape.into_iter().enumerate().map(|(f, place)| place.filter(|_| often(f))).collect();
@@ -156,7 +151,7 @@ impl<'t> Bundle<'t> {
             return None;
         }
         let weights = vec![1.0; frames.len() * features];
-        Some(Self { tracks, frames, poses, shape, gain, fixed, weights, sigma: 0.0 })
+        Some(Self { tracks, frames, poses, shape, gain, fixed, weights })
     }
 
     /// The samples that the fit explains: index of the frame, feature, observed and true place, and the one it had first.
@@ -322,18 +317,16 @@ impl<'t> Bundle<'t> {
         DepthGain { gain, standard_error: Some(error), observable: true }
     }
 
-    /// Correlation of the residuals of a feature with those of the frame before.
+    /// Correlation of the residuals of a feature with its last ones, among the frames that the gain is told from.
     fn lag_one(&self) -> f64 {
-        let mut latest: Vec<Option<(usize, Vector3<f64>)>> = vec![None; self.shape.len()];
+        let mut latest: Vec<Option<Vector3<f64>>> = vec![None; self.shape.len()];
         let (mut product, mut square) = (0.0, 0.0);
         for (index, feature, observed, place, depth) in self.samples() {
             if self.weights[index * self.shape.len() + feature] == 0.0 {
                 continue;
             }
             let residual = self.residual(observed, &place, depth);
-            if let Some((before, last)) = latest[feature].replace((index, residual))
-                && self.frames[before] + 1 == self.frames[index]
-            {
+            if let Some(last) = latest[feature].replace(residual) {
                 product += last.dot(&residual);
                 square += 0.5 * (last.norm_squared() + residual.norm_squared());
             }

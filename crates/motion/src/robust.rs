@@ -24,14 +24,14 @@ const AGREEING: f64 = 0.45;
 /// Samples of a frame that are too few to tell which of them are wild.
 const FEW_SAMPLES: usize = 5;
 /// Scale of the Geman-McClure weights, in standard deviations of a coordinate.
-const SCALE: f64 = 3.0;
+pub(crate) const SCALE: f64 = 3.0;
 /// Distance in standard deviations of a coordinate beyond which a sample is wild: one in ten thousand Gaussian ones is.
 /// A lower limit would cut off honest noise and bias its estimate.
-const WILD: f64 = 4.5;
+pub(crate) const WILD: f64 = 4.5;
 /// Median residual of a feature, in medians of the body, from which it belongs to something else.
 const ELSEWHERE: f64 = 2.5;
 /// Median of the length of a standard normal vector of three coordinates.
-const MEDIAN_LENGTH: f64 = 1.538;
+pub(crate) const MEDIAN_LENGTH: f64 = 1.538;
 /// Distance in standard deviations of a coordinate up to which a body shows nothing wild: of a thousand bodies of a
 /// thousand Gaussian samples, six have one beyond.
 const NOTHING_WILD: f64 = 5.2;

@@ -104,7 +104,12 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
     let rate = rate.and_then(|cell| cell.parse().ok()).filter(|rate: &f64| *rate > 0. && rate.is_finite());
     let names = columns.poses.into_iter().map(|(name, _)| name);
     let poses = names.zip(poses).collect();
-    let markers = samples.into_markers(path, Source { format: Format::Motive, unit, unit_stated, rate }, marker_names, Vec::new())?;
+    let markers = samples.into_markers(
+        path,
+        Source { format: Format::Motive, unit, unit_stated, rate },
+        marker_names,
+        Vec::new(),
+    )?;
     Ok(Markers { poses, ..markers })
 }
 

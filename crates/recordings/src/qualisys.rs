@@ -38,7 +38,12 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Option<Unit>) -> Result<Markers, R
         };
         read().map_err(|problem| RecordingError::at_line(path, line, problem))?;
     }
-    samples.into_markers(path, Source { format: Format::Qualisys, unit, unit_stated, rate: Some(rate) }, names, Vec::new())
+    samples.into_markers(
+        path,
+        Source { format: Format::Qualisys, unit, unit_stated, rate: Some(rate) },
+        names,
+        Vec::new(),
+    )
 }
 
 /// What stands above the rows.
