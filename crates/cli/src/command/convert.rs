@@ -82,8 +82,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// What writes the format that the extension of a file tells.
 fn writer(path: &Path) -> Result<Write, Failure> {
+    // Tables are written with commas, which a name in `.tsv` would deny.
+    let of_tabs = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tsv"));
     match Format::of_path(path) {
-        Ok(Format::Csv) => Ok(|markers, path| with_bodies(markers, path, write_csv)),
+        Ok(Format::Csv) if !of_tabs => Ok(|markers, path| with_bodies(markers, path, write_csv)),
         Ok(Format::Npz) => {
             Ok(|markers, path| with_bodies(markers, path, |recording, bytes| write_npz(recording, Cursor::new(bytes))))
         }
