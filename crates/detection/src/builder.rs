@@ -4,7 +4,7 @@ use jointscope_models::JointModel;
 use jointscope_motion::MotionSettings;
 use jointscope_scoring::{RuleError, ScoringSettings};
 
-use crate::{Configuration, NamedModel, OutputSettings, RecordingSettings, configuration::rule};
+use crate::{Configuration, NamedModel, OutputSettings, RecordingSettings, ScaleSettings, configuration::rule};
 
 /// Makes a [`Configuration`] from models and settings in code.
 ///
@@ -24,6 +24,7 @@ use crate::{Configuration, NamedModel, OutputSettings, RecordingSettings, config
 #[derive(Debug, Default)]
 pub struct ConfigurationBuilder {
     motion: MotionSettings,
+    scale: ScaleSettings,
     models: Vec<NamedModel>,
     scoring: ScoringSettings,
 }
@@ -40,6 +41,14 @@ impl ConfigurationBuilder {
     #[must_use]
     pub fn motion(mut self, motion: MotionSettings) -> Self {
         self.motion = motion;
+        self
+    }
+
+    /// Sets how unknown scales are treated. The search in closed form needs models that state evidence; joints of others
+    /// are judged as they are seen.
+    #[must_use]
+    pub fn scale(mut self, scale: ScaleSettings) -> Self {
+        self.scale = scale;
         self
     }
 
@@ -69,6 +78,7 @@ impl ConfigurationBuilder {
         Ok(Configuration {
             recording: RecordingSettings::default(),
             motion: self.motion,
+            scale: self.scale,
             models: self.models,
             rule,
             output: OutputSettings::default(),

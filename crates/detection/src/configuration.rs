@@ -17,6 +17,7 @@ use toml::{
 
 use crate::bodies::{self, Bodies};
 use crate::place;
+use crate::{ScaleSearch, ScaleSettings};
 
 /// The models of a configuration without `[models]`.
 pub(crate) const DEFAULT_MODELS: &str = "
@@ -32,7 +33,7 @@ pub(crate) const DEFAULT_MODELS: &str = "
 ";
 
 /// The tables of a configuration.
-pub(crate) const TABLES: [&str; 5] = ["recording", "motion", "models", "scoring", "output"];
+pub(crate) const TABLES: [&str; 6] = ["recording", "motion", "scale", "models", "scoring", "output"];
 
 /// Everything that decides how a recording is read and judged.
 #[derive(Debug)]
@@ -41,6 +42,8 @@ pub struct Configuration {
     pub recording: RecordingSettings,
     /// How motion is recovered.
     pub motion: MotionSettings,
+    /// How the unknown scales of a single camera are treated.
+    pub scale: ScaleSettings,
     /// The models, sorted by name.
     pub models: Vec<NamedModel>,
     /// The rule that judges.
@@ -133,6 +136,8 @@ impl Configuration {
         let mut recording: RecordingSettings = table(&mut root, "recording")?;
         check_recording(&recording, &spans)?;
         let motion = table(&mut root, "motion")?;
+        let scale_spans = key_spans(root.get("scale"));
+        let scale: ScaleSettings = table(&mut root, "scale")?;
         let output = table(&mut root, "output")?;
         if recording.pairs.as_ref().is_some_and(Vec::is_empty) {
             recording.pairs = None;
@@ -145,11 +150,12 @@ impl Configuration {
             let nowhere = |error| SettingsError { span: 0..0, ..error };
             named_models(Spanned::new(0..0, defaults), catalog).map_err(nowhere)?
         };
+        check_scale(&scale, &models, &scale_spans)?;
         let spans = key_spans(root.get("scoring"));
         let scoring: ScoringSettings = table(&mut root, "scoring")?;
         check_scoring(&scoring, &spans)?;
         let rule = rule(&scoring, &models).map_err(|error| place::in_text(text, error))?;
-        Ok(Self { recording, motion, models, rule, output })
+        Ok(Self { recording, motion, scale, models, rule, output })
     }
 }
 
@@ -213,6 +219,41 @@ fn check_recording(settings: &RecordingSettings, spans: &[(String, Range<usize>)
     }
     if settings.world.as_ref().is_some_and(|name| name.trim().is_empty()) {
         return Err(at("world", "the world needs a name, found none".into()).help("for example: world = \"world\""));
+    }
+    Ok(())
+}
+
+/// Refuses settings of another search than the one chosen, a grid without end, and models that know no standard error.
+fn check_scale(
+    settings: &ScaleSettings,
+    models: &[NamedModel],
+    spans: &[(String, Range<usize>)],
+) -> Result<(), SettingsError> {
+    let place = |key: &str| spans.iter().find(|(name, _)| name == key).map_or(0..0, |(_, span)| span.clone());
+    let written = |keys: &[&'static str]| keys.iter().copied().find(|key| spans.iter().any(|(name, _)| name == key));
+    let idle = match settings.search {
+        ScaleSearch::None => written(&["body", "from", "to", "step", "spread"]).map(|key| (key, "none")),
+        ScaleSearch::Grid => written(&["spread"]).map(|key| (key, "grid")),
+        ScaleSearch::ClosedForm => written(&["body", "from", "to", "step"]).map(|key| (key, "closed-form")),
+    };
+    if let Some((key, search)) = idle.filter(|_| settings.search != ScaleSearch::None) {
+        let message = format!("`{key}` is for another search than \"{search}\"");
+        return Err(
+            SettingsError::at(place(key), message).help(format!("take `{key}` out, or choose another `search`"))
+        );
+    }
+    if settings.search == ScaleSearch::Grid && settings.to < settings.from {
+        let message = format!("`to`: {} is less than `from`, {}", settings.to, settings.from);
+        return Err(SettingsError::at(place("to"), message).help("for example: from = 0.5, to = 1.5"));
+    }
+    let silent = models.iter().find(|model| !model.model.states_evidence());
+    if let Some(silent) = silent.filter(|_| settings.search == ScaleSearch::ClosedForm) {
+        let message = format!(
+            "the search \"closed-form\" fits the scale by evidence, and the model `{}` (kind `{}`) states none",
+            silent.name, silent.kind
+        );
+        let help = "write search = \"grid\" under [scale], or choose models that state evidence, such as `revolute`";
+        return Err(SettingsError::at(place("search"), message).help(help));
     }
     Ok(())
 }

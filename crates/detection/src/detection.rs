@@ -6,7 +6,7 @@ use jointscope_models::{Axis, AxisUncertainty, FitError, JointFit, Positions};
 use jointscope_motion::{DepthGain, Noise, Pose};
 use jointscope_scoring::{Explanation, Verdict};
 
-use crate::Structure;
+use crate::{PairScale, Structure};
 
 /// The joints of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +44,8 @@ pub struct PairDetection {
     pub axis_in_moving: Option<Axis>,
     /// Positions of the verdict's joint, per frame of the recording.
     pub positions: Option<Positions>,
+    /// The scale of the moving body beside the reference's; `None` where none was sought.
+    pub scale: Option<PairScale>,
     /// Compression of depth changes that was undone, of the reference body and of the moving one; `None` where none was
     /// asked for.
     pub depth_gain: Option<[DepthGain; 2]>,

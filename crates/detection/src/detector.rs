@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use jointscope_models::{Axis, Confidence, JointFit, JointModel};
 use jointscope_motion::{
     Body, BodyMotion, DepthGain, MotionError, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
-    undo_depth_gain,
+    linear_scales, undo_depth_gain,
 };
 use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
 use rayon::prelude::*;
 
+use crate::scale::{Belief, Estimate, Shown, agree, estimate, over_the_grid, stand_in};
 use crate::watched::Watched;
-use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, Structure};
+use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
 
 /// Name of the body at rest that a recording of one body is analysed against.
 const WORLD: &str = "world";
@@ -90,11 +91,14 @@ impl Detector {
             .collect();
         let done = AtomicUsize::new(0);
         let judge = |&(reference, moving): &Pair| {
-            let judged = self.judge(&watched[reference], &watched[moving]);
+            let judged = self.judge(&watched[reference], &watched[moving], self.usual_scale());
             watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
             judged
         };
-        let judged: Vec<PairDetection> = pairs.par_iter().map(judge).collect();
+        let mut judged: Vec<PairDetection> = pairs.par_iter().map(judge).collect();
+        if self.configuration.scale.search == ScaleSearch::ClosedForm {
+            self.agree_on_scales(&watched, &pairs, &mut judged);
+        }
         if let Some((pair, fault)) = judged.iter().find_map(|pair| Some((pair, pair.verdict.fault.as_ref()?))) {
             let [reference, moving] = [&pair.reference, &pair.moving].map(String::clone);
             return Err(DetectionError::Rule { reference, moving, error: Box::new(fault.clone()) });
@@ -160,7 +164,7 @@ impl Detector {
     }
 
     /// Judges one pair.
-    fn judge(&self, reference: &Watched<'_>, moving: &Watched<'_>) -> PairDetection {
+    fn judge(&self, reference: &Watched<'_>, moving: &Watched<'_>, belief: Belief) -> PairDetection {
         let mut notes: Vec<String> = [reference, moving].into_iter().flat_map(|body| body.notes.clone()).collect();
         let doubts = [reference, moving].into_iter().filter_map(|body| body.doubt.clone());
         let depth_gain = reference.depth_gain.zip(moving.depth_gain).map(|(reference, moving)| [reference, moving]);
@@ -188,6 +192,7 @@ impl Detector {
             axis_uncertainty: None,
             axis_in_moving: None,
             positions: None,
+            scale: (self.configuration.scale.search != ScaleSearch::None).then(PairScale::default),
             depth_gain,
             noise_reference: reference.noise(),
             noise_moving: moving.noise(),
@@ -197,7 +202,7 @@ impl Detector {
             explanation: None,
         };
         match seen {
-            Ok((motion, swapped)) => self.fit(&mut pair, &motion, swapped),
+            Ok((motion, swapped)) => self.fit(&mut pair, &motion, swapped, belief),
             Err(RelativeMotionError::Unposed { .. }) => pair.notes.push(
                 "the orientation of neither body is observed: nothing is known about their joint; \
                  track three features that are not on one line on one of them"
@@ -209,9 +214,32 @@ impl Detector {
         pair
     }
 
-    fn fit(&self, pair: &mut PairDetection, motion: &RelativeMotion<'_>, swapped: bool) {
+    fn fit(&self, pair: &mut PairDetection, motion: &RelativeMotion<'_>, swapped: bool, belief: Belief) {
+        let search = self.configuration.scale.search;
+        let estimates = match search {
+            ScaleSearch::ClosedForm if shows_scale(motion) => self.scales(motion, belief),
+            _ => BTreeMap::new(),
+        };
+        let bodies: Vec<BodyMotion<'_>> =
+            estimates.values().map(|estimate| motion.moving().scaled(estimate.factor())).collect();
+        let rescaled = estimates.iter().zip(&bodies).filter_map(|((name, estimate), body)| {
+            let motion = motion.rescaled(motion.reference(), body).ok()?;
+            Some((name.clone(), Priced { motion, price: estimate.price }))
+        });
+        let views = Views { seen: motion.clone(), at_scale: rescaled.collect() };
         pair.frames_used = motion.frames().len();
-        let (models, verdict, remark) = self.weighed(motion);
+        let mut factors: BTreeMap<String, f64> =
+            estimates.iter().map(|(name, estimate)| (name.clone(), estimate.factor())).collect();
+        let (models, verdict, remark) = if search == ScaleSearch::Grid && shows_scale(motion) {
+            let weigh = |motion: &RelativeMotion<'_>| self.fits(&Views::of(motion.clone()));
+            let grid = over_the_grid(motion, &self.configuration.scale, weigh);
+            factors = grid.factors;
+            pair.scale = Some(PairScale { curve: Some(grid.curve), ..PairScale::default() });
+            let verdict = self.conclude(&grid.models);
+            (grid.models, verdict, None)
+        } else {
+            self.weighed(&views)
+        };
         pair.models = models;
         pair.notes.extend(remark);
         if verdict.cost.is_some() {
@@ -219,13 +247,15 @@ impl Detector {
         }
         pair.notes.extend(told_by(&pair.models));
         pair.notes.extend(richer_note(&verdict, &pair.models));
-        let doubts = doubts(motion, &verdict, &pair.models);
+        let doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models);
         pair.determined = doubts.is_empty();
         pair.notes.extend(doubts);
         let other_side = motion.moving_from_reference();
         for (name, fit) in pair.models.iter_mut().filter_map(|(name, finding)| Some((name, finding.as_mut().ok()?))) {
+            // What the fit says of the moving body is at the scale of that fit.
+            let back = factors.get(name).map_or(1.0, |factor| 1.0 / factor);
             let carried = fit.joint.axis.zip(other_side).map(|(axis, other_side)| axis.seen_from(&other_side));
-            let mut carried = fit.axis_in_moving.or(carried);
+            let mut carried = fit.axis_in_moving.or(carried).map(|axis| axis.scaled(back));
             if swapped {
                 // Seen from the other body the joint moves backwards: the same positions along the opposite direction.
                 (fit.joint.axis, carried) = (carried.map(opposite), fit.joint.axis.map(opposite));
@@ -237,19 +267,141 @@ impl Detector {
             }
         }
         pair.verdict = verdict;
+        let winner = estimates.get(&pair.verdict.joint).copied();
+        let winner = match search {
+            ScaleSearch::Grid => factors.get(&pair.verdict.joint).and_then(|factor| {
+                let belief = Belief { mean: factor.ln(), deviation: 1.0 };
+                let found = estimate(&*stand_in(pair.kind())?, motion, &[], belief)?;
+                Some(Estimate { logarithm: factor.ln(), ..found })
+            }),
+            _ => winner,
+        };
+        if let (Some(scale), Some(found)) = (&mut pair.scale, winner.filter(|_| !swapped)) {
+            scale.signal = Some(found.signal);
+            scale.observable = found.is_observable();
+            if scale.observable {
+                scale.factor = Some(found.factor());
+                scale.standard_error = Some(found.factor() * found.standard_error);
+            }
+        }
+        if pair.scale.as_ref().is_some_and(|scale| !scale.observable) {
+            pair.notes.push(
+                "the scale between the bodies does not show in this motion: both must move, and not as if they were one \
+                 with the camera"
+                    .into(),
+            );
+        }
+    }
+
+    /// How far scales usually are from 1.
+    fn usual_scale(&self) -> Belief {
+        Belief { mean: 0.0, deviation: self.configuration.scale.spread }
+    }
+
+    /// The scale that every model asks for.
+    fn scales(&self, motion: &RelativeMotion<'_>, belief: Belief) -> BTreeMap<String, Estimate> {
+        let starts = linear_scales(motion.reference(), motion.moving());
+        let models = self.configuration.models.iter();
+        models
+            .filter_map(|named| Some((named.name.clone(), estimate(&*named.model, motion, &starts, belief)?)))
+            .collect()
+    }
+
+    /// Lets all pairs agree on the scales of the bodies: what the others show of a pair is what is known of it
+    /// beforehand when it is judged again.
+    fn agree_on_scales(&self, watched: &[Watched<'_>], pairs: &[Pair], judged: &mut [PairDetection]) {
+        /// Of standard errors, by which a scale may miss what the others agree on.
+        const CONTRADICTS: f64 = 4.0;
+        let shown_by = |judged: &[PairDetection]| -> Vec<Option<Shown>> {
+            let of_pair = |(pair, judged): (&Pair, &PairDetection)| {
+                let scale = judged.scale.as_ref().filter(|scale| scale.observable)?;
+                let (factor, error) = scale.factor.zip(scale.standard_error)?;
+                Some(Shown { pair: *pair, logarithm: factor.ln(), standard_error: error / factor })
+            };
+            pairs.iter().zip(judged).map(of_pair).collect()
+        };
+        let own = shown_by(judged);
+        let all: Vec<Shown> = own.iter().flatten().copied().collect();
+        let usual = self.usual_scale();
+        let judge = |(number, pair): (usize, &Pair)| {
+            let others: Vec<Shown> =
+                own.iter().enumerate().filter(|(k, _)| *k != number).filter_map(|(_, s)| *s).collect();
+            let told = agree(watched.len(), &others, *pair).filter(|told| told.deviation < usual.deviation)?;
+            let mut again = self.judge(&watched[pair.0], &watched[pair.1], told);
+            let scale = again.scale.as_mut()?;
+            let together = agree(watched.len(), &all, *pair).unwrap_or(told);
+            scale.factor = Some(together.mean.exp());
+            scale.standard_error = Some(together.mean.exp() * together.deviation);
+            scale.observable = true;
+            if let Some(own) = own[number] {
+                scale.closure_error = Some((own.logarithm - together.mean).exp_m1());
+                if (own.logarithm - told.mean).abs() > CONTRADICTS * own.standard_error.hypot(told.deviation) {
+                    again.determined = false;
+                    again.notes.push(format!(
+                        "its own motion asks for a scale of {:.4}, the other pairs for {:.4}: one of their joints is not \
+                         what it seems",
+                        own.logarithm.exp(),
+                        told.mean.exp()
+                    ));
+                }
+            }
+            Some(again)
+        };
+        let again: Vec<Option<PairDetection>> = pairs.par_iter().enumerate().map(judge).collect();
+        for (judged, again) in judged.iter_mut().zip(again) {
+            if let Some(again) = again {
+                *judged = again;
+            }
+        }
+    }
+}
+
+/// Whether a pair can show a scale at all: both bodies have poses, and neither rests.
+fn shows_scale(motion: &RelativeMotion<'_>) -> bool {
+    motion.pose_series().is_some() && !motion.reference().rests() && !motion.moving().rests()
+}
+
+/// A pair's motion as the models look at it.
+struct Views<'m> {
+    seen: RelativeMotion<'m>,
+    /// At the scale that a model asks for, by its name.
+    at_scale: BTreeMap<String, Priced<'m>>,
+}
+
+/// A motion at a scale that was fitted, and the price of fitting it.
+struct Priced<'m> {
+    motion: RelativeMotion<'m>,
+    price: f64,
+}
+
+impl<'m> Views<'m> {
+    fn of(seen: RelativeMotion<'m>) -> Self {
+        Self { seen, at_scale: BTreeMap::new() }
+    }
+
+    fn of_model(&self, name: &str) -> (&RelativeMotion<'m>, f64) {
+        self.at_scale.get(name).map_or((&self.seen, 0.0), |priced| (&priced.motion, priced.price))
+    }
+
+    /// All of them changed alike.
+    fn changed(&self, change: impl Fn(&RelativeMotion<'m>) -> Option<RelativeMotion<'m>>) -> Option<Self> {
+        let priced = |(name, priced): (&String, &Priced<'m>)| {
+            Some((name.clone(), Priced { motion: change(&priced.motion)?, price: priced.price }))
+        };
+        Some(Self { seen: change(&self.seen)?, at_scale: self.at_scale.iter().map(priced).collect::<Option<_>>()? })
     }
 }
 
 impl Detector {
     /// What the models find, what the rule concludes, and what must be said about how the motion was taken.
-    fn weighed(&self, motion: &RelativeMotion<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Option<String>) {
-        let (models, verdict) = self.weigh(motion);
-        let Some(series) = motion.pose_series().filter(|_| self.configuration.rule.compares_evidence()) else {
+    fn weighed(&self, views: &Views<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Option<String>) {
+        let (models, verdict) = self.weigh(views);
+        let Some(series) = views.seen.pose_series().filter(|_| self.configuration.rule.compares_evidence()) else {
             return (models, verdict, None);
         };
         if series.tracked()
             && series.is_unordered()
-            && let Some(quiet) = motion.with_noise(QUIET)
+            && let Some(quiet) = views.changed(|motion| motion.with_noise(QUIET))
         {
             let (quiet_models, quiet_verdict) = self.weigh(&quiet);
             if fits_within(series, &quiet_models, &quiet_verdict) {
@@ -259,8 +411,9 @@ impl Detector {
         }
         let (mut models, mut verdict, mut note) = (models, verdict, None);
         if series.signal() < FAINT {
-            for motion in MERGED_FRAMES.into_iter().filter_map(|frames| motion.merged(frames)) {
-                let (merged_models, merged_verdict) = self.weigh(&motion);
+            let merged = |frames| views.changed(|motion| motion.merged(frames));
+            for views in MERGED_FRAMES.into_iter().filter_map(merged) {
+                let (merged_models, merged_verdict) = self.weigh(&views);
                 if likeliest(&merged_models) < likeliest(&models) {
                     (models, verdict) = (merged_models, merged_verdict);
                     note =
@@ -271,16 +424,32 @@ impl Detector {
         (models, verdict, note)
     }
 
-    fn weigh(&self, motion: &RelativeMotion<'_>) -> (BTreeMap<String, ModelFinding>, Verdict) {
-        let frames = motion.recording_frames();
-        let fit = |model: &dyn JointModel| model.fit(motion).and_then(|fit| fit.sound(frames));
-        let models: BTreeMap<String, ModelFinding> =
-            self.configuration.models.iter().map(|named| (named.name.clone(), fit(&*named.model))).collect();
+    fn weigh(&self, views: &Views<'_>) -> (BTreeMap<String, ModelFinding>, Verdict) {
+        let models = self.fits(views);
+        let verdict = self.conclude(&models);
+        (models, verdict)
+    }
+
+    /// What every model finds.
+    fn fits(&self, views: &Views<'_>) -> BTreeMap<String, ModelFinding> {
+        let frames = views.seen.recording_frames();
+        let fit = |name: &str, model: &dyn JointModel| {
+            let (motion, price) = views.of_model(name);
+            let mut fit = model.fit(motion)?.sound(frames)?;
+            for evidence in fit.evidence.iter_mut().chain(&mut fit.alternatives) {
+                evidence.prior_cost += price;
+            }
+            Ok(fit)
+        };
+        self.configuration.models.iter().map(|named| (named.name.clone(), fit(&named.name, &*named.model))).collect()
+    }
+
+    /// What the rule makes of it.
+    fn conclude(&self, models: &BTreeMap<String, ModelFinding>) -> Verdict {
         let rule = &self.configuration.rule;
         let judged = models.values().any(Result::is_ok);
-        let verdict = if judged { rule.apply(&findings(&models)) } else { Ok(rule.ignorance()) };
-        let verdict = verdict.unwrap_or_else(|fault| Verdict { fault: Some(fault), ..rule.ignorance() });
-        (models, verdict)
+        let verdict = if judged { rule.apply(&findings(models)) } else { Ok(rule.ignorance()) };
+        verdict.unwrap_or_else(|fault| Verdict { fault: Some(fault), ..rule.ignorance() })
     }
 }
 

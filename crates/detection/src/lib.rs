@@ -24,6 +24,7 @@ mod detector;
 mod error;
 mod kind;
 pub mod place;
+mod scale;
 pub mod schema;
 pub mod starter;
 mod structure;
@@ -36,6 +37,7 @@ pub use detection::{Detection, ModelFinding, PairDetection};
 pub use detector::Detector;
 pub use error::DetectionError;
 pub use kind::JointKind;
+pub use scale::{PairScale, ScaleCurve, ScaleSearch, ScaleSettings, ScaledBody};
 pub use structure::{Branch, Coupling, Indirect, Structure};
 
 pub use jointscope_models::settings::SettingsError;

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema, schema_for};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 
-use crate::{OutputSettings, RecordingSettings};
+use crate::{OutputSettings, RecordingSettings, ScaleSettings};
 
 /// One table of a configuration, but for the models: its settings and their defaults.
 #[derive(Debug, Clone)]
@@ -42,6 +42,7 @@ pub fn tables() -> Vec<Table> {
     vec![
         recording,
         Table::of::<MotionSettings>("motion"),
+        Table::of::<ScaleSettings>("scale"),
         Table::of::<ScoringSettings>("scoring"),
         Table::of::<OutputSettings>("output"),
     ]

@@ -55,6 +55,8 @@ pub const PROFILES: [Profile; 3] = [
         differences: "
             [motion]
             depth_gain = 'estimate'
+            [scale]
+            search = 'closed-form'
         ",
         default_models: true,
     },

@@ -223,6 +223,12 @@ impl Axis {
             ..*self
         }
     }
+
+    /// The same axis in coordinates that are `factor` times as large.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { point: self.point * factor, pitch: self.pitch.map(|pitch| pitch * factor), ..*self }
+    }
 }
 
 /// The positions of a joint: metres or radians, unwrapped over full turns, one row per frame of the recording.

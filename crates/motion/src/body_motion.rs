@@ -1,5 +1,7 @@
 //! The motion of one body: its pose in every frame, its shape, its noise.
 
+mod scaled;
+
 use std::borrow::Cow;
 use std::sync::OnceLock;
 

@@ -81,8 +81,13 @@ pub struct End {
 }
 
 impl PoseSeries {
-    /// The series of a pair; `None` if one of the bodies has no poses, or no frame shows both.
-    pub(crate) fn between(asked_reference: &BodyMotion<'_>, asked_moving: &BodyMotion<'_>) -> Option<Self> {
+    /// The series of a pair, of the frames that say something of their own, or of those of another series; `None` if one
+    /// of the bodies has no poses, or no frame shows both.
+    pub(crate) fn between(
+        asked_reference: &BodyMotion<'_>,
+        asked_moving: &BodyMotion<'_>,
+        as_in: Option<&Self>,
+    ) -> Option<Self> {
         let play = asked_moving.play();
         let reversed = comes_first(asked_moving, asked_reference);
         let (reference, moving) =
@@ -97,8 +102,12 @@ impl PoseSeries {
         let noise = noise_of(reference).hypot(noise_of(moving)).max(LEAST_SHIFT * size);
         let leaping = leaps(&places, LEAST_SHIFT * size);
         let mut leaves = leaping.frames.iter();
-        common.retain(|_| !leaves.next().copied().unwrap_or(false));
-        let fresh = telling(&common, reference, moving);
+        match as_in {
+            Some(other) => {
+                common.retain(|(frame, _, _)| other.every_pose.binary_search_by_key(frame, |(known, _)| *known).is_ok())
+            }
+            None => common.retain(|_| !leaves.next().copied().unwrap_or(false)),
+        }
         let (of_reference, of_moving) = (reference.pose_covariances(), moving.pose_covariances());
         let (_, first_reference, first_moving) = common.first()?;
         let moving_origin = moving.centre().coords;
@@ -106,13 +115,13 @@ impl PoseSeries {
         let reference_centre = reference.centre();
         let shift = |by: &Vector3<f64>| Pose::from(Translation3::from(*by));
         let (before, after) = (shift(&-origin), shift(&moving_origin));
-        let of_fresh = |&index: &usize| {
-            let (_, r, m) = &common[index];
-            r.inverse() * m
+        let (taken, evenly) = match as_in {
+            Some(other) => {
+                let known = |index: &usize| other.frames.binary_search(&common[*index].0).is_ok();
+                ((0..common.len()).filter(known).collect(), other.evenly)
+            }
+            None => telling_sample(&common, reference, moving, noise),
         };
-        let arm = if moving.is_tracked() { 0.0 } else { moving.size() / 2.0 };
-        let sample = sampled(&fresh.iter().map(of_fresh).collect::<Vec<_>>(), &moving.centre(), arm, noise);
-        let taken = sample.frames.iter().map(|index| fresh[*index]);
         let (mut frames, mut poses, mut noise) = (Vec::new(), Vec::new(), Vec::new());
         for index in taken {
             let (frame, reference_pose, moving_pose) = &common[index];
@@ -161,8 +170,8 @@ impl PoseSeries {
             play: *play,
             observed,
             leaps: observed - common.len(),
-            leap_share: leaping.share,
-            evenly: sample.evenly,
+            leap_share: as_in.map_or(leaping.share, |other| other.leap_share),
+            evenly,
             seen: 0,
             start: start_of(asked_reference),
             every_pose: common.iter().map(|(frame, r, m)| (*frame, before * r.inverse() * m * after)).collect(),
@@ -413,6 +422,21 @@ impl PoseSeries {
             self.poses.iter().map(|pose| (pose.rotation * middle.rotation.inverse()).scaled_axis()).collect();
         range(&turns).min(std::f64::consts::TAU)
     }
+}
+
+/// The frames, by their index in `common`, that say something of their own, fewer of a long recording, and whether they
+/// lie evenly in time.
+fn telling_sample(
+    common: &[Common],
+    reference: &BodyMotion<'_>,
+    moving: &BodyMotion<'_>,
+    noise: f64,
+) -> (Vec<usize>, bool) {
+    let fresh = telling(common, reference, moving);
+    let poses: Vec<Pose> = fresh.iter().map(|&index| common[index].1.inverse() * common[index].2).collect();
+    let arm = if moving.is_tracked() { 0.0 } else { moving.size() / 2.0 };
+    let sample = sampled(&poses, &moving.centre(), arm, noise);
+    (sample.frames.iter().map(|index| fresh[*index]).collect(), sample.evenly)
 }
 
 /// The mean of some poses.

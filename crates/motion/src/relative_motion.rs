@@ -154,7 +154,7 @@ impl<'m> RelativeMotion<'m> {
 
     /// The poses of the pair with their uncertainty; `None` if one of the bodies shows no orientation at all.
     pub fn pose_series(&self) -> Option<&PoseSeries> {
-        self.pose_series.get_or_init(|| PoseSeries::between(self.reference, self.moving)).as_ref()
+        self.pose_series.get_or_init(|| PoseSeries::between(self.reference, self.moving, None)).as_ref()
     }
 
     /// The same motion with successive frames merged, about so many being left; `None` where that leaves too few
@@ -172,6 +172,21 @@ impl<'m> RelativeMotion<'m> {
     pub fn with_noise(&self, factor: f64) -> Option<Self> {
         let series = self.pose_series()?.with_noise(factor);
         Some(Self { pose_series: OnceLock::from(Some(series)), ..self.clone() })
+    }
+
+    /// The same motion with one of its bodies, or both, seen at another scale: of the same frames, so that what models find
+    /// at different scales can be compared.
+    ///
+    /// # Errors
+    /// As [`RelativeMotion::between`].
+    pub fn rescaled<'s>(
+        &self,
+        reference: &'s BodyMotion<'s>,
+        moving: &'s BodyMotion<'s>,
+    ) -> Result<RelativeMotion<'s>, RelativeMotionError> {
+        let motion = RelativeMotion::between(reference, moving)?;
+        let series = self.pose_series().and_then(|series| PoseSeries::between(reference, moving, Some(series)));
+        Ok(RelativeMotion { pose_series: OnceLock::from(series), ..motion })
     }
 
     /// `moving_from_reference` at one moment: takes an axis from the reference's coordinates to the moving body's.

@@ -46,6 +46,13 @@ impl Tracks {
         Ok(Self { features, positions, visible, words })
     }
 
+    /// All positions multiplied by a positive factor.
+    #[must_use]
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        let positions = self.positions.iter().map(|position| position * factor).collect();
+        Self { positions, visible: self.visible.clone(), ..*self }
+    }
+
     /// Number of frames.
     pub fn frames(&self) -> usize {
         self.positions.len().checked_div(self.features).unwrap_or(0)

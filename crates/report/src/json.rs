@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use jointscope_detection::{Detection, Explanation, ModelFinding, PairDetection};
+use jointscope_detection::{Detection, Explanation, ModelFinding, PairDetection, PairScale, ScaleCurve};
 use jointscope_models::motion::DepthGain;
 use jointscope_models::{Axis, Positions};
 use nalgebra::Vector3;
@@ -57,7 +57,7 @@ struct Pair<'d> {
     positions: Option<Vec<Option<Coordinates>>>,
     position_range: Option<Ranges>,
     axis_in_moving: Option<AxisParts>,
-    scale: Option<()>,
+    scale: Option<Scale<'d>>,
     depth_gain: Option<Gains>,
     noise: Noise,
     frames_used: usize,
@@ -128,6 +128,37 @@ struct AxisParts {
 struct AxisUncertainty {
     angle_deg: Option<f64>,
     distance: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Scale<'d> {
+    factor: Option<f64>,
+    standard_error: Option<f64>,
+    observable: bool,
+    signal: Option<f64>,
+    closure_error: Option<f64>,
+    curve: Option<Curve<'d>>,
+}
+
+#[derive(Serialize)]
+struct Curve<'d> {
+    body: &'d str,
+    factors: &'d [f64],
+    scores: &'d BTreeMap<String, Vec<f64>>,
+}
+
+impl<'d> Scale<'d> {
+    fn of(scale: &'d PairScale) -> Self {
+        let curve = |curve: &'d ScaleCurve| Curve { body: &curve.body, factors: &curve.factors, scores: &curve.scores };
+        Self {
+            factor: scale.factor,
+            standard_error: scale.standard_error,
+            observable: scale.observable,
+            signal: scale.signal,
+            closure_error: scale.closure_error,
+            curve: scale.curve.as_ref().map(curve),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -274,7 +305,7 @@ impl<'d> Pair<'d> {
             positions: pair.positions.as_ref().map(coordinates),
             position_range: pair.positions.as_ref().and_then(ranges),
             axis_in_moving: pair.axis_in_moving.map(axis_parts),
-            scale: None,
+            scale: pair.scale.as_ref().map(Scale::of),
             depth_gain: pair.depth_gain.map(gains),
             noise: Noise { reference: pair.noise_reference.position, moving: pair.noise_moving.position },
             frames_used: pair.frames_used,

@@ -1,0 +1,132 @@
+//! The scale as a parameter of a joint.
+
+use jointscope_models::{Evidence, JointModel};
+use jointscope_motion::RelativeMotion;
+
+/// Logarithms of scales that are looked at.
+const RANGE: f64 = 1.8;
+/// Standard error of a scale from which it counts as not shown.
+const VAGUE: f64 = 0.03;
+/// First distance of neighbours at which the cost is compared, and its limits.
+const STRIDE: f64 = 0.02;
+const LEAST_STRIDE: f64 = 1e-7;
+const MOST_STRIDE: f64 = 0.3;
+/// Strides towards the least cost, and rounds of parabolas through three costs.
+const STRIDES: usize = 12;
+const ROUNDS: usize = 4;
+
+/// What is known of the logarithm of a scale beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Belief {
+    pub(crate) mean: f64,
+    pub(crate) deviation: f64,
+}
+
+/// The scale that a joint asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Estimate {
+    /// Logarithm of the factor by which the moving body's positions must be multiplied.
+    pub(crate) logarithm: f64,
+    /// Standard error of the logarithm by the data alone.
+    pub(crate) standard_error: f64,
+    /// As [`PairScale::signal`](crate::PairScale::signal).
+    pub(crate) signal: f64,
+    /// Price of the parameter, in units of -2 log likelihood.
+    pub(crate) price: f64,
+}
+
+impl Estimate {
+    /// Of a joint to which the scale does not matter.
+    pub(crate) fn none(belief: Belief) -> Self {
+        Self { logarithm: belief.mean, standard_error: f64::INFINITY, signal: 0.0, price: 0.0 }
+    }
+
+    pub(crate) fn factor(&self) -> f64 {
+        self.logarithm.exp()
+    }
+
+    pub(crate) fn is_observable(&self) -> bool {
+        self.standard_error < VAGUE && self.logarithm.abs() < RANGE
+    }
+}
+
+/// Finds the scale by which a joint explains the motion best.
+///
+/// *Definition.* Minimises `χ²(κ)/τ + ((ln κ - μ)/s)²`, where every frame's residual is weighed by the noise of both
+/// bodies at that scale: least squares with errors in both, which is not drawn to small scales, and flat where the scale
+/// does not show. The standard error is read off the curvature at the minimum, and grows with a misfit beyond noise. A
+/// scale that was fitted costs `ln(1 + s²/σ²) + (ln κ - μ)²/(s² + σ²)`, what integrating over it leaves of the
+/// likelihood.
+///
+/// # References
+/// docs/method.md, "One camera".
+pub(crate) fn estimate(
+    model: &dyn JointModel,
+    plain: &RelativeMotion<'_>,
+    starts: &[f64],
+    belief: Belief,
+) -> Option<Estimate> {
+    let (reference, moving) = (plain.reference(), plain.moving());
+    let evidence_at = |logarithm: f64| -> Option<Evidence> {
+        let scaled = moving.scaled(logarithm.exp());
+        model.fit(&plain.rescaled(reference, &scaled).ok()?).ok()?.evidence
+    };
+    let before = evidence_at(belief.mean)?;
+    if before.mobility.turns + before.mobility.slides >= 6 {
+        return Some(Estimate::none(belief));
+    }
+    let prior = |x: f64| ((x - belief.mean) / belief.deviation).powi(2);
+    let cost_of = |x: f64, evidence: &Evidence| evidence.chi_squared / evidence.correlation_time + prior(x);
+    let cost = |x: f64| {
+        let found = if x.abs() > RANGE { None } else { evidence_at(x) };
+        found.map_or(f64::INFINITY, |evidence| cost_of(x, &evidence))
+    };
+    let tried = starts.iter().map(|scale| scale.ln()).filter(|x| x.abs() < RANGE).map(|x| (x, cost(x)));
+    let (mut x, mut least) = tried
+        .fold((belief.mean, cost_of(belief.mean, &before)), |best, other| if other.1 < best.1 { other } else { best });
+    let mut stride = STRIDE;
+    let (mut left, mut right) = (cost(x - stride), cost(x + stride));
+    for _ in 0..STRIDES {
+        if least <= left && least <= right {
+            break;
+        }
+        if left < right {
+            (x, right, least) = (x - stride, least, left);
+            left = cost(x - stride);
+        } else {
+            (x, left, least) = (x + stride, least, right);
+            right = cost(x + stride);
+        }
+    }
+    let mut bend = (left + right - 2.0 * least) / (stride * stride);
+    for _ in 0..ROUNDS {
+        if !(bend.is_finite() && bend > 0.0) {
+            return Some(Estimate::none(belief));
+        }
+        let slope = (right - left) / (2.0 * stride);
+        let step = (-slope / bend).clamp(-stride, stride);
+        let deviation = (2.0 / bend).sqrt();
+        let settled = step.abs() < 0.05 * deviation && stride < 4.0 * deviation;
+        x += step;
+        if settled {
+            break;
+        }
+        stride = (2.0 * deviation).clamp(LEAST_STRIDE, MOST_STRIDE);
+        (left, least, right) = (cost(x - stride), cost(x), cost(x + stride));
+        bend = (left + right - 2.0 * least) / (stride * stride);
+    }
+    let found = evidence_at(x)?;
+    let by_data = bend / 2.0 - belief.deviation.powi(-2);
+    if !(by_data.is_finite() && by_data > 0.0) {
+        return Some(Estimate::none(belief));
+    }
+    let variance = found.chi_squared_per_freedom().max(1.0) / by_data;
+    let frames = plain.pose_series().map_or(1, |series| series.poses().len()) as f64;
+    let usual = belief.deviation.powi(2);
+    Some(Estimate {
+        logarithm: x,
+        standard_error: variance.sqrt(),
+        signal: (by_data * found.correlation_time / frames).sqrt(),
+        price: (1.0 + usual / variance).ln() + (x - belief.mean).powi(2) / (usual + variance),
+    })
+}

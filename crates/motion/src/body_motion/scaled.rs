@@ -1,0 +1,101 @@
+//! A body as it would be seen at another scale.
+
+use std::borrow::Cow;
+use std::sync::OnceLock;
+
+use nalgebra::{Matrix6, Translation3, Vector3, Vector6};
+
+use super::{BodyMotion, Outlier};
+use crate::Pose;
+use crate::line::Line;
+use crate::noise::Spread;
+use crate::poses::Shape;
+use crate::robust::Registered;
+use crate::tracked::Mended;
+
+impl BodyMotion<'_> {
+    /// The same body with all its positions multiplied by `factor` about the origin of the recording, which is where a
+    /// single camera stands: what a registration of the multiplied positions would find, without another registration.
+    ///
+    /// Rotations stay; translations, shape and noise are multiplied.
+    ///
+    /// # Panics
+    /// If `factor` is not a positive number.
+    ///
+    /// # References
+    /// Thesis section 5.5; docs/method.md, "One camera".
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        assert!(factor > 0.0 && factor.is_finite(), "a scale is a positive number");
+        let units = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 1.0, factor, factor, factor));
+        let carried = |covariance: &Matrix6<f64>| units * covariance * units;
+        let poses = |poses: &[Option<Pose>]| poses.iter().map(|pose| pose.map(|pose| larger(&pose, factor))).collect();
+        Self {
+            name: self.name,
+            tracks: Cow::Owned(self.tracks.scaled(factor)),
+            poses: poses(&self.poses),
+            unposed: self.unposed.clone(),
+            noise: super::Noise { position: self.noise.position.map(|sigma| factor * sigma), ..self.noise },
+            outlier: self.outlier.map(|outlier| Outlier {
+                distance: factor * outlier.distance,
+                noise: factor * outlier.noise,
+                ..outlier
+            }),
+            registered: self.registered.as_ref().map(|registered| Registered {
+                poses: poses(&registered.poses),
+                shape: larger_shape(&registered.shape, factor),
+                ..registered.clone()
+            }),
+            spread: Spread { across: factor * self.spread.across, along: factor * self.spread.along },
+            drift: self.drift,
+            line: self.line.as_ref().map(|line| Line {
+                poses: poses(&line.poses),
+                shape: larger_shape(&line.shape, factor),
+                noise: line.noise.map(|sigma| factor * sigma),
+                ..line.clone()
+            }),
+            tracked: self.tracked.as_ref().map(|mended| Mended { poses: poses(&mended.poses), ..mended.clone() }),
+            pose_radius: factor * self.pose_radius,
+            play: self.play,
+            at_rest: self.at_rest,
+            covariances: OnceLock::from(self.pose_covariances().iter().map(carried).collect::<Vec<_>>()),
+            start_covariance: self.start_covariance.as_ref().map(carried),
+        }
+    }
+
+    /// Whether the body itself hardly moves, so that its scale, or that of what is seen beside it, shows in nothing.
+    pub fn rests(&self) -> bool {
+        /// Root mean square distance of the poses from their mean, in standard deviations of their noise.
+        const MOVED: f64 = 2.0;
+        if self.at_rest || self.tracks.rest() {
+            return true;
+        }
+        let covariances = self.pose_covariances();
+        let posed: Vec<(&Pose, &Matrix6<f64>)> = self
+            .likely_poses()
+            .iter()
+            .zip(covariances)
+            .filter_map(|(pose, noise)| Some((pose.as_ref()?, noise)))
+            .collect();
+        let centre = self.centre();
+        let count = posed.len().max(1) as f64;
+        let mean = posed.iter().map(|(pose, _)| (**pose * centre).coords).sum::<Vector3<f64>>() / count;
+        let Some((middle, _)) = posed.get(posed.len() / 2) else { return true };
+        let departure = |(pose, noise): &(&Pose, &Matrix6<f64>)| {
+            let shift = (**pose * centre).coords - mean;
+            let turn = (pose.rotation * middle.rotation.inverse()).scaled_axis();
+            let noise = |first: usize| noise.fixed_view::<3, 3>(first, first).trace().max(f64::MIN_POSITIVE);
+            // The turns are measured from one that has noise itself.
+            shift.norm_squared() / noise(3) + turn.norm_squared() / (2.0 * noise(0))
+        };
+        posed.iter().map(departure).sum::<f64>() < 2.0 * MOVED * MOVED * count
+    }
+}
+
+fn larger(pose: &Pose, factor: f64) -> Pose {
+    Pose::from_parts(Translation3::from(pose.translation.vector * factor), pose.rotation)
+}
+
+fn larger_shape(shape: &Shape, factor: f64) -> Shape {
+    shape.iter().map(|place| place.map(|place| place * factor)).collect()
+}
