@@ -1,0 +1,199 @@
+//! Recordings of a single camera: bodies at scales of their own.
+
+use std::collections::BTreeMap;
+
+use jointscope_detection::{Configuration, Detector, PairDetection};
+use jointscope_models::Catalog;
+use jointscope_motion::nalgebra::{Point3, UnitQuaternion, Vector3};
+use jointscope_motion::{Body, Observation, Pose, Recording, Tracks};
+use jointscope_scenes::{SceneOptions, simulate};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const FRAMES: u32 = 60;
+/// What the second body is seen at, so that it must be multiplied by 0.94.
+const SEEN_AT: f64 = 1.0 / 0.94;
+const CLOSED_FORM: &str = "[scale]\nsearch = 'closed-form'\n";
+
+fn detect(configuration: &str, recording: Recording) -> Vec<PairDetection> {
+    let catalog = Catalog::linked().expect("unique");
+    let configuration = Configuration::parse(configuration, &catalog).expect("valid");
+    Detector::new(configuration).detect(recording, None).expect("detected").pairs
+}
+
+/// Bodies of ten features seen with noise of 1 mm, each at a scale of its own.
+fn seen<const N: usize>(poses: impl Fn(f64) -> [Pose; N], scales: [f64; N], seed: u64) -> Recording {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal =
+        |sigma: f64| Vector3::from_fn(|_, _| sigma * Distribution::<f64>::sample(&StandardNormal, &mut rng));
+    let centres = poses(0.0).map(|pose: Pose| pose.translation.vector);
+    let bodies = std::array::from_fn::<_, N, _>(|number| {
+        let shape: Vec<Vector3<f64>> = (0..10).map(|_| normal(0.06)).collect();
+        let scale = scales[number];
+        let points = (0..FRAMES).flat_map(|frame| {
+            let pose = poses(f64::from(frame) / f64::from(FRAMES - 1))[number];
+            shape.iter().map(|place| pose * Point3::from(*place)).collect::<Vec<_>>()
+        });
+        let points: Vec<Point3<f64>> = points.map(|point| point * scale).collect();
+        let points = points.into_iter().map(|point| point + normal(0.001)).collect();
+        let labels = (0..10).map(|feature| feature.to_string()).collect();
+        Body::from_points(["a", "b", "c"][number], labels, Tracks::new(10, points).expect("rectangular"))
+            .expect("a body")
+    });
+    assert!(centres.iter().all(|centre| centre.norm() > 0.5), "bodies are in front of the camera");
+    Recording::new((0..u64::from(FRAMES)).collect(), None, bodies.into()).expect("a recording")
+}
+
+fn place(x: f64, y: f64, z: f64) -> Pose {
+    Pose::translation(x, y, z)
+}
+
+fn turn(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_parts(Vector3::zeros().into(), UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z)))
+}
+
+fn wave(times: f64, t: f64) -> f64 {
+    (times * std::f64::consts::TAU * t).sin()
+}
+
+/// A way that turns and slides in all directions.
+fn roaming(t: f64) -> Pose {
+    place(0.15 * wave(0.4, t), -0.1 * wave(0.7, t), 1.0 + 0.2 * wave(0.5, t))
+        * turn(0.4 * wave(0.6, t), 0.5 * wave(0.3, t), -0.3 * wave(0.9, t))
+}
+
+/// A way without turns.
+fn sliding(t: f64) -> Pose {
+    place(0.15 * wave(0.4, t), -0.1 * wave(0.7, t), 1.0 + 0.2 * wave(0.5, t))
+}
+
+/// Joints by the way of their reference, and whether it shows the scale.
+#[test]
+fn a_scale_is_told_where_it_shows_and_is_no_number_where_it_does_not() {
+    let beside = place(0.2, 0.05, 0.0);
+    let hinge = |t: f64| place(0.1, 0.0, 0.0) * turn(0.0, 0.0, 0.9 * t) * place(0.1, 0.05, 0.0);
+    let ball = |t: f64| {
+        place(0.1, 0.0, 0.0) * turn(0.5 * wave(0.4, t), 0.6 * wave(0.55, t), 0.9 * wave(0.3, t)) * place(0.1, 0.05, 0.0)
+    };
+    let slide = |t: f64| place(0.2 + 0.15 * wave(0.35, t), 0.05, 0.0);
+    let about_camera = |t: f64| turn(0.3 * wave(0.6, t), 0.4 * wave(0.3, t), 0.5 * wave(0.9, t)) * place(0.0, 0.0, 1.0);
+    let along = |t: f64| place(0.2 * wave(0.5, t), 0.0, 1.0);
+    type Way<'w> = &'w dyn Fn(f64) -> [Pose; 2];
+    let cases: [(&str, bool, &str, Way<'_>); 11] = [
+        ("rigid, roaming", true, "rigid", &|t| [roaming(t), roaming(t) * beside]),
+        ("rigid, sliding", true, "rigid", &|t| [sliding(t), sliding(t) * beside]),
+        ("prismatic, roaming", true, "prismatic", &|t| [roaming(t), roaming(t) * slide(t)]),
+        ("prismatic, sliding", true, "prismatic", &|t| [sliding(t), sliding(t) * slide(t)]),
+        ("revolute, roaming", true, "revolute", &|t| [roaming(t), roaming(t) * hinge(t)]),
+        ("revolute, sliding", true, "revolute", &|t| [sliding(t), sliding(t) * hinge(t)]),
+        ("spherical, roaming", true, "spherical", &|t| [roaming(t), roaming(t) * ball(t)]),
+        ("reference at rest", false, "", &|t| [place(0.0, 0.0, 1.0), place(0.0, 0.0, 1.0) * hinge(t)]),
+        ("rigid, turning about the camera", false, "rigid", &|t| [about_camera(t), about_camera(t) * beside]),
+        ("prismatic, along its own axis", false, "", &|t| [along(t), along(t) * slide(t)]),
+        ("spherical, turning about the camera", false, "", &|t| [about_camera(t), about_camera(t) * ball(t)]),
+    ];
+    for (name, shows, joint, way) in cases {
+        for seed in 0..2 {
+            let pair = &detect(CLOSED_FORM, seen(way, [1.0, SEEN_AT], seed))[0];
+            let scale = pair.scale.as_ref().expect("sought");
+            assert_eq!(scale.observable, shows, "{name} {seed}: {} {scale:?}", pair.verdict.joint);
+            assert_eq!((scale.factor.is_some(), scale.standard_error.is_some()), (shows, shows), "{name} {seed}");
+            if !joint.is_empty() {
+                assert_eq!(pair.verdict.joint, joint, "{name} {seed}: {scale:?} {:?}", pair.notes);
+            }
+            if let (Some(factor), Some(error)) = (scale.factor, scale.standard_error) {
+                let off = factor / 0.94 - 1.0;
+                assert!(
+                    off.abs() < 0.005 && off.abs() < 5.0 * error,
+                    "{name} {seed}: off by {off:.5}, stated {error:.5}"
+                );
+            }
+        }
+    }
+}
+
+/// The second body's positions multiplied.
+fn multiplied(recording: &Recording, factor: f64) -> Recording {
+    let bodies = recording.bodies().iter().enumerate().map(|(number, body)| {
+        let Observation::Points { tracks, labels } = body.observation() else { return body.clone() };
+        let factor = if number == 1 { factor } else { 1.0 };
+        let sample = |frame, feature| tracks.get(frame, feature).map_or([f64::NAN; 3].into(), |p| p * factor);
+        let points = (0..tracks.frames()).flat_map(|t| (0..tracks.features()).map(move |f| sample(t, f)));
+        let tracks = Tracks::new(tracks.features(), points.collect()).expect("rectangular");
+        Body::from_points(body.name(), labels.clone(), tracks).expect("a body")
+    });
+    Recording::new(recording.frame_numbers().to_vec(), None, bodies.collect()).expect("a recording")
+}
+
+#[test]
+fn the_grid_scores_as_separate_detections_of_multiplied_recordings() {
+    const THESIS: &str = "[motion]\nregistration = 'chained'\n[models.rigid]\nkind = 'thesis-rigid'\n[models.prismatic]\nkind = \
+                          'thesis-prismatic'\n[models.revolute]\nkind = 'thesis-revolute'\n[scoring]\nrule = 'cascade'\n";
+    const GRID: &str = "[scale]\nsearch = 'grid'\nfrom = 0.9\nto = 1.0\nstep = 0.02\n";
+    for (scene, joint, best) in [("laptop", "revolute", 0.94), ("drawers", "prismatic", 0.96)] {
+        let options = SceneOptions { monocular: true, ..SceneOptions::default() };
+        let recording = simulate(scene, &options).expect("simulated").recording;
+        let two = recording.bodies()[1..].to_vec();
+        let recording = Recording::new(recording.frame_numbers().to_vec(), None, two).expect("a recording");
+        // The keyboard is the one that is seen at another scale: it is to be the second body.
+        let swapped = recording.bodies().iter().rev().cloned().collect();
+        let recording = Recording::new(recording.frame_numbers().to_vec(), None, swapped).expect("a recording");
+        let found = &detect(&format!("{THESIS}{GRID}"), recording.clone())[0];
+        let curve = found.scale.as_ref().and_then(|scale| scale.curve.as_ref()).expect("a curve");
+        assert_eq!(curve.factors.len(), 6);
+        for (number, factor) in curve.factors.iter().enumerate() {
+            let apart = &detect(THESIS, multiplied(&recording, *factor))[0];
+            let scores: BTreeMap<_, _> = apart
+                .models
+                .iter()
+                .map(|(name, fit)| (name, fit.as_ref().map_or(0.0, |fit| fit.confidence.value())))
+                .collect();
+            for (name, scores_of_grid) in &curve.scores {
+                let (one, other) = (scores_of_grid[number], scores[name]);
+                assert!((one - other).abs() < 1e-9, "{scene} {name} at {factor}: {one} and {other}");
+            }
+        }
+        let scale = found.scale.as_ref().expect("sought");
+        assert_eq!(found.verdict.joint, joint, "{scene}: {curve:?}");
+        assert!(scale.observable && (scale.factor.expect("observable") - best).abs() < 0.021, "{scene}: {scale:?}");
+    }
+}
+
+#[test]
+fn all_pairs_agree_on_one_scale_per_body() {
+    let hinge = |t: f64| place(0.1, 0.0, 0.0) * turn(0.0, 0.0, 0.9 * t) * place(0.1, 0.05, 0.0);
+    let slide = |t: f64| place(0.0, 0.05, 0.2 + 0.15 * wave(0.35, t));
+    let way = |t: f64| [roaming(t), roaming(t) * hinge(t), roaming(t) * hinge(t) * slide(t)];
+    let pairs = detect(CLOSED_FORM, seen(way, [1.0, SEEN_AT, 1.08], 1));
+    let joints: Vec<&str> = pairs.iter().map(|pair| pair.verdict.joint.as_str()).collect();
+    // A hinge and a slide along its axis: from the first to the last body they are a cylinder.
+    assert_eq!(joints, ["revolute", "cylindrical", "prismatic"]);
+    let scales: Vec<_> = pairs.iter().filter_map(|pair| pair.scale.as_ref()).collect();
+    let factor = |number: usize| scales[number].factor.expect("told");
+    for (number, expected) in [0.94, 1.0 / 1.08, 0.94_f64.recip() / 1.08].into_iter().enumerate() {
+        assert!((factor(number) / expected - 1.0).abs() < 0.005, "{number}: {}", factor(number));
+        assert!(
+            scales[number].closure_error.is_some_and(|error| error.abs() < 0.005),
+            "{number}: {:?}",
+            scales[number]
+        );
+    }
+    assert!((factor(0) * factor(2) / factor(1) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_search_for_the_scale_invents_no_joints() {
+    let false_joints = |configuration: &str| {
+        let wrong = |(scene, seed): (&str, u64)| {
+            let options = SceneOptions { seed, ..SceneOptions::default() };
+            let recording = simulate(scene, &options).expect("simulated").recording;
+            let joint = detect(configuration, recording)[0].verdict.joint.clone();
+            usize::from(["rigid", "prismatic", "revolute"].contains(&joint.as_str()))
+        };
+        let scenes = ["planar", "disconnected", "cylindrical"];
+        scenes.into_iter().flat_map(|scene| (100..105).map(move |seed| (scene, seed))).map(wrong).sum::<usize>()
+    };
+    let (with, without) = (false_joints(CLOSED_FORM), false_joints(""));
+    assert!(with <= without, "{with} of 15 with, {without} without");
+}
