@@ -71,7 +71,8 @@ fn with_its_depth_gain_undone_the_door_of_the_fridge_is_a_hinge() {
         let detection = Detector::new(configuration).detect(simulation.recording, Some(&pair)).expect("detected");
         let pair = &detection.pairs[0];
         assert_eq!(pair.verdict.joint, "revolute", "{setting}: {:?}", pair.notes);
-        let [_, moving] = pair.depth_gain.expect("asked for");
+        let [resting, moving] = pair.depth_gain.expect("asked for");
+        assert_eq!((resting.gain, resting.observable), (1.0, false), "the background never moves");
         assert!((moving.gain - 0.6).abs() < 0.01 && moving.observable, "{setting}: {moving:?}");
     }
 }

@@ -58,6 +58,9 @@ pub fn undo_depth_gain(body: &Body, setting: DepthGainSetting) -> Option<(Body, 
     let Observation::Points { labels, tracks } = body.observation() else {
         return Some((body.clone(), DepthGain::UNSEEN));
     };
+    if tracks.rest() {
+        return Some((body.clone(), DepthGain::UNSEEN));
+    }
     let starts = known.map_or(STARTS.to_vec(), |gain| vec![gain]);
     let begun = starts.into_iter().filter_map(|gain| {
         let mut bundle = Bundle::begun(tracks, gain, known.is_some())?;
