@@ -12,7 +12,9 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use jointscope_detection::{Configuration, Detector};
 use jointscope_models::Catalog;
-use jointscope_motion::{Body, BodyMotion, MotionSettings, Observation, Pose, Registration, Tracks, register};
+use jointscope_motion::{
+    Body, BodyMotion, MotionSettings, Observation, Pose, Registration, Tracks, register, register_frames,
+};
 use jointscope_scenes::{
     SceneOptions, simulate,
     workloads::{hinge, kitchen, registrations},
@@ -46,10 +48,15 @@ fn registration(criterion: &mut Criterion) {
     const FEATURES: usize = 50;
     let workload = registrations(FRAMES, FEATURES, 1001).expect("a workload");
     let (reference, tracks) = (&workload.reference, &workload.tracks);
+    let shape: Vec<_> = reference.iter().copied().map(Some).collect();
+    let mut poses = vec![None; FRAMES];
+    register_frames(&shape, tracks, &mut poses);
     for frame in (0..FRAMES).step_by(997) {
+        let in_lanes = poses[frame].expect("solvable");
         let ours = register(reference.iter().zip(tracks.frame(frame))).expect("solvable");
         let theirs = by_svd(reference, tracks.frame(frame)).expect("solvable");
         assert!(ours.rotation.angle_to(&theirs.rotation) < SAME, "frame {frame}");
+        assert!(in_lanes.rotation.angle_to(&theirs.rotation) < SAME, "frame {frame}, in lanes");
     }
     let mut group = criterion.benchmark_group("W1 registration");
     group.sample_size(10);
@@ -58,7 +65,10 @@ fn registration(criterion: &mut Criterion) {
     group.bench_function(BenchmarkId::new("read the memory", &size), |b| {
         b.iter(|| sum_of_coordinates(black_box(tracks)));
     });
-    group.bench_function(BenchmarkId::new("jointscope", &size), |b| {
+    group.bench_function(BenchmarkId::new("jointscope, in lanes", &size), |b| {
+        b.iter(|| register_frames(&shape, black_box(tracks), &mut poses));
+    });
+    group.bench_function(BenchmarkId::new("jointscope, one by one", &size), |b| {
         b.iter(|| {
             (0..FRAMES)
                 .filter_map(|t| register(reference.iter().zip(tracks.frame(t))).ok())

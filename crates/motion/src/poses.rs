@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use crate::{Pose, RegistrationError, Tracks, noise, register};
+use crate::{Pose, RegistrationError, Tracks, noise, register, register_frames};
 
 /// Change of the shape, as a share of its size, at which the alternation has converged.
 const SHAPE_CONVERGED: f64 = 1e-11;
@@ -66,7 +66,8 @@ fn linked(tracks: &Tracks, (start, mut latest): (usize, Shape)) -> Vec<Option<Po
 /// Every frame to the first one, by the features that the first one shows.
 pub(crate) fn first(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
     let (start, shape) = start(tracks, 0..tracks.frames())?;
-    let mut poses: Vec<_> = (0..tracks.frames()).map(|frame| pose_of(tracks, frame, &shape).ok()).collect();
+    let mut poses = vec![None; tracks.frames()];
+    register_frames(&shape, tracks, &mut poses);
     poses[start] = Some(Pose::identity());
     Ok(poses)
 }
@@ -76,9 +77,7 @@ pub(crate) fn first(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationEr
 pub(crate) fn settle(tracks: &Tracks, mut poses: Vec<Option<Pose>>, rounds: usize) -> (Vec<Option<Pose>>, Shape) {
     let mut shape = mean_shape(tracks, &poses);
     for _ in 0..rounds {
-        for (frame, pose) in poses.iter_mut().enumerate() {
-            *pose = pose_of(tracks, frame, &shape).ok();
-        }
+        register_frames(&shape, tracks, &mut poses);
         let next = mean_shape(tracks, &poses);
         let (change, size) = (change(&shape, &next), spread(&next).trace().sqrt());
         shape = next;

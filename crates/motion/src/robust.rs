@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::poses::{Shape, rebase};
 use crate::registration::register_weighted;
+use crate::registration_in_lanes::register_frames_weighted;
 use crate::{Pose, RegistrationError, Tracks};
 
 /// Rounds of plain least squares before residuals mean anything.
@@ -176,9 +177,7 @@ impl<'t> State<'t> {
 
     /// Poses from the shape, the shape from the poses; gives how far the shape moved as a share of its size.
     fn alternate(&mut self) -> f64 {
-        for frame in 0..self.poses.len() {
-            self.poses[frame] = self.pose_of(frame).ok();
-        }
+        register_frames_weighted(&self.shape, self.tracks, Some(&self.weights), &mut self.poses);
         let features = self.shape.len();
         let mut sums = vec![(0.0, Vector3::zeros()); features];
         for (frame, pose) in self.poses.iter().enumerate() {

@@ -1,0 +1,465 @@
+//! Registration of many frames to one shape, several frames in the lanes of a vector register.
+//!
+//! Kernels are written once for all instruction sets; which one there is is found at run time. What is not inlined into
+//! the place where that happens would lose the instructions, so everything here is.
+
+#![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
+#![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
+
+use bytemuck::cast_slice;
+use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::registration::register_weighted;
+use crate::{Pose, Tracks};
+
+/// Frames that are solved together: the lanes of the widest registers.
+const BLOCK: usize = 8;
+/// Steps of Newton's iteration, which comes from above and does not oscillate, and the step at which it rests, as a share
+/// of the eigenvalue.
+const STEPS: usize = 40;
+const RESTS: f64 = 1e-14;
+/// Product of the largest eigenvalue's distances to the others, in cubes of it, below which the solve in lanes loses
+/// digits: of a cube it is 2.4, of a thin body it goes to 0.
+const LEAST_GAP: f64 = 0.02;
+/// Offset of a body, in its size and weighed by the gap, above which sums about another place than the body's own
+/// centre lose digits.
+const LARGEST_OFFSET: f64 = 1e5;
+
+/// Registers every frame to a shape whose features are where `shape` says, metres; `None` for frames that determine no
+/// rigid motion.
+///
+/// As [`register`](crate::register) of what a frame shows, to some 1e-11 rad, and many times as fast: covariances are
+/// summed straight from frame-major positions, and rotations of eight frames found at a time as the eigenvector of the
+/// largest eigenvalue of Horn's 4×4 matrix, by Newton's iteration and the adjugate. Frames for which that would lose
+/// digits, of thin or far bodies, are solved by [`register`](crate::register) itself. Nothing is allocated per frame.
+///
+/// # Panics
+/// If `shape` has not one place per feature, or `poses` not one per frame.
+///
+/// # References
+/// D. L. Theobald, Acta Crystallographica A 61 (2005); P. Liu, D. K. Agrafiotis, D. L. Theobald, J. Comput. Chem. 31
+/// (2010).
+///
+/// ```
+/// use jointscope_motion::{Tracks, nalgebra::{Isometry3, Point3, Vector3}, register_frames};
+/// let shape = [Point3::new(0., 0., 0.), Point3::new(1., 0., 0.), Point3::new(0., 2., 0.)];
+/// let truth = [0.0, 0.5, 3.0].map(|angle| Isometry3::new(Vector3::new(1., 2., 3.), Vector3::z() * angle));
+/// let tracks = Tracks::new(3, truth.iter().flat_map(|pose| shape.map(|p| pose * p)).collect())?;
+/// let mut recording_from_body = vec![None; 3];
+/// register_frames(&shape.map(Some), &tracks, &mut recording_from_body);
+/// for (found, truth) in recording_from_body.into_iter().zip(truth) {
+///     assert!((found.expect("solvable").inverse() * truth).rotation.angle() < 1e-12);
+/// }
+/// # Ok::<(), jointscope_motion::MotionError>(())
+/// ```
+pub fn register_frames(shape: &[Option<Point3<f64>>], tracks: &Tracks, poses: &mut [Option<Pose>]) {
+    register_frames_weighted(shape, tracks, None, poses);
+}
+
+/// As [`register_frames`], every sample with a weight of its own, frame-major; those of weight 0 do not count.
+pub(crate) fn register_frames_weighted(
+    shape: &[Option<Point3<f64>>],
+    tracks: &Tracks,
+    weights: Option<&[f64]>,
+    poses: &mut [Option<Pose>],
+) {
+    assert_eq!(shape.len(), tracks.features(), "one place per feature");
+    assert_eq!(poses.len(), tracks.frames(), "one pose per frame");
+    Arch::new().dispatch(Frames { shape, tracks, weights, poses });
+}
+
+struct Frames<'a> {
+    shape: &'a [Option<Point3<f64>>],
+    tracks: &'a Tracks,
+    weights: Option<&'a [f64]>,
+    poses: &'a mut [Option<Pose>],
+}
+
+/// Sums over a frame's samples of weight `w`, places `p` about the shape's centre, and positions `q`; frames in lanes.
+#[derive(Clone, Copy)]
+struct Sums {
+    /// `Σ w p qᵀ`, row by row; with the centring in it once solved.
+    covariance: [[f64; BLOCK]; 9],
+    /// `Σ w q`.
+    target: [[f64; BLOCK]; 3],
+    /// `Σ w p`.
+    source: [[f64; BLOCK]; 3],
+    /// `Σ w`, and how many weights are not 0.
+    count: [f64; BLOCK],
+    found: [usize; BLOCK],
+}
+
+/// Rotations of a block: quaternion `w, x, y, z`, the eigenvalue and the gap that say whether it can be trusted.
+struct Rotations {
+    quaternion: [[f64; BLOCK]; 4],
+    eigenvalue: [[f64; BLOCK]; 1],
+    gap: [[f64; BLOCK]; 1],
+}
+
+impl WithSimd for Frames<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { shape, tracks, weights, poses } = self;
+        let places = Places::of(shape, 3 * S::F64_LANES);
+        let mut row = vec![0.0; places.expanded[0].len()];
+        for (number, poses) in poses.chunks_mut(BLOCK).enumerate() {
+            let none = [0.0; BLOCK];
+            let mut sums =
+                Sums { covariance: [none; 9], target: [none; 3], source: [none; 3], count: none, found: [0; BLOCK] };
+            for lane in 0..poses.len() {
+                let frame = number * BLOCK + lane;
+                let weights = weights.map(|weights| &weights[frame * shape.len()..(frame + 1) * shape.len()]);
+                add_frame(simd, &places, tracks, frame, weights, &mut row, &mut sums, lane);
+            }
+            let rotations = solve(simd, &mut sums);
+            for (lane, pose) in poses.iter_mut().enumerate() {
+                *pose = finish(&places, &sums, &rotations, lane).or_else(|| {
+                    let frame = number * BLOCK + lane;
+                    let weight = |feature| weights.map_or(1.0, |weights| weights[frame * shape.len() + feature]);
+                    let seen = tracks.seen(frame);
+                    register_weighted(seen.filter_map(|(f, target)| Some((shape[f].as_ref()?, target, weight(f))))).ok()
+                });
+            }
+        }
+    }
+}
+
+/// A shape as the sums need it.
+struct Places {
+    centre: Vector3<f64>,
+    /// Of every feature about the centre; 0 where unknown.
+    about_centre: Vec<Vector3<f64>>,
+    known: Vec<bool>,
+    /// For each axis, that coordinate of every feature three times over, so that it meets each of the feature's three
+    /// coordinates in a frame; with zeros to whole registers.
+    expanded: [Vec<f64>; 3],
+    /// Their sum, zero but for rounding.
+    sum: Vector3<f64>,
+    complete: bool,
+    /// Largest distance from the centre, and largest coordinate, metres.
+    radius: f64,
+    magnitude: f64,
+}
+
+impl Places {
+    fn of(shape: &[Option<Point3<f64>>], multiple: usize) -> Self {
+        let known: Vec<bool> = shape.iter().map(Option::is_some).collect();
+        let count = known.iter().filter(|known| **known).count();
+        let centre = shape.iter().flatten().map(|p| p.coords).sum::<Vector3<f64>>() / count.max(1) as f64;
+        let about_centre: Vec<_> =
+            shape.iter().map(|place| place.map_or_else(Vector3::zeros, |place| place.coords - centre)).collect();
+        let expanded = [0, 1, 2].map(|axis| {
+            let mut row: Vec<f64> = about_centre.iter().flat_map(|place| [place[axis]; 3]).collect();
+            row.resize(row.len().next_multiple_of(multiple), 0.0);
+            row
+        });
+        Self {
+            centre,
+            sum: about_centre.iter().sum(),
+            complete: count == shape.len(),
+            radius: about_centre.iter().map(Vector3::norm).fold(0.0, f64::max),
+            magnitude: shape.iter().flatten().map(|p| p.coords.amax()).fold(0.0, f64::max),
+            about_centre,
+            known,
+            expanded,
+        }
+    }
+}
+
+/// Sums one frame into a lane.
+///
+/// A frame is read as the flat row of numbers that it is. Three registers hold whole features, and lane `i` of the
+/// register `k` of such a triple always holds the coordinate `(k·lanes + i) mod 3`.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "the inner part of one loop")]
+fn add_frame<S: Simd>(
+    simd: S,
+    places: &Places,
+    tracks: &Tracks,
+    frame: usize,
+    weights: Option<&[f64]>,
+    row: &mut [f64],
+    sums: &mut Sums,
+    lane: usize,
+) {
+    let lanes = S::F64_LANES;
+    let positions: &[f64] = cast_slice(tracks.frame(frame));
+    let features = places.known.len();
+    let whole = places.complete
+        && tracks.seen_count(frame) == features
+        && weights.is_none_or(|weights| weights.iter().all(|weight| *weight == 1.0));
+    if whole {
+        (sums.found[lane], sums.count[lane]) = (features, features as f64);
+        for axis in 0..3 {
+            sums.source[axis][lane] = places.sum[axis];
+        }
+    } else {
+        let (mut found, mut count, mut source) = (0, 0.0, Vector3::zeros());
+        for (feature, place) in places.about_centre.iter().enumerate() {
+            let counts = places.known[feature] && tracks.is_visible(frame, feature);
+            let weight = if counts { weights.map_or(1.0, |weights| weights[feature]) } else { 0.0 };
+            row[3 * feature..3 * feature + 3].fill(weight);
+            found += usize::from(weight > 0.0);
+            count += weight;
+            source += place * weight;
+        }
+        (sums.found[lane], sums.count[lane]) = (found, count);
+        for axis in 0..3 {
+            sums.source[axis][lane] = source[axis];
+        }
+    }
+    let zero = simd.splat_f64s(0.0);
+    let (mut covariance, mut target) = ([[zero; 3]; 3], [zero; 3]);
+    let x = S::as_simd_f64s(&places.expanded[0]).0;
+    let y = S::as_simd_f64s(&places.expanded[1]).0;
+    let z = S::as_simd_f64s(&places.expanded[2]).0;
+    let row = S::as_simd_f64s(row).0;
+    let (full, rest) = S::as_simd_f64s(positions);
+    let triples = full.len() / 3;
+    for triple in 0..triples {
+        for k in 0..3 {
+            let at = 3 * triple + k;
+            let mut q = full[at];
+            if !whole {
+                q = simd.mul_f64s(q, row[at]);
+            }
+            covariance[0][k] = simd.mul_add_e_f64s(x[at], q, covariance[0][k]);
+            covariance[1][k] = simd.mul_add_e_f64s(y[at], q, covariance[1][k]);
+            covariance[2][k] = simd.mul_add_e_f64s(z[at], q, covariance[2][k]);
+            target[k] = simd.add_f64s(target[k], q);
+        }
+    }
+    for at in 3 * triples..(3 * features).div_ceil(lanes) {
+        let k = at - 3 * triples;
+        let mut q = if at < full.len() { full[at] } else { simd.partial_load_f64s(rest) };
+        if !whole {
+            q = simd.mul_f64s(q, row[at]);
+        }
+        covariance[0][k] = simd.mul_add_e_f64s(x[at], q, covariance[0][k]);
+        covariance[1][k] = simd.mul_add_e_f64s(y[at], q, covariance[1][k]);
+        covariance[2][k] = simd.mul_add_e_f64s(z[at], q, covariance[2][k]);
+        target[k] = simd.add_f64s(target[k], q);
+    }
+    for axis in 0..3 {
+        let [first, second, third] = sums_by_coordinate(simd, covariance[axis]);
+        sums.covariance[3 * axis][lane] = first;
+        sums.covariance[3 * axis + 1][lane] = second;
+        sums.covariance[3 * axis + 2][lane] = third;
+    }
+    let target = sums_by_coordinate(simd, target);
+    for axis in 0..3 {
+        sums.target[axis][lane] = target[axis];
+    }
+}
+
+/// Sums of the lanes of three registers that hold the same coordinate; each lane holds each coordinate once in them.
+#[inline(always)]
+fn sums_by_coordinate<S: Simd>(simd: S, [a, b, c]: [S::f64s; 3]) -> [f64; 3] {
+    /// Coordinate of every lane of the first register.
+    const COORDINATES: [f64; BLOCK] = [0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0];
+    let of_first = simd.partial_load_f64s(&COORDINATES[..S::F64_LANES.min(BLOCK)]);
+    let is_0 = simd.equal_f64s(of_first, simd.splat_f64s(0.0));
+    let is_1 = simd.equal_f64s(of_first, simd.splat_f64s(1.0));
+    // The register that follows holds, in the same lane, the coordinate that is `lanes mod 3` on.
+    let (next, last) = if S::F64_LANES % 3 == 1 { (b, c) } else { (c, b) };
+    // By the coordinate that the first register holds, the register with coordinate 0, 1 or 2.
+    let first = simd.select_f64s(is_0, a, simd.select_f64s(is_1, last, next));
+    let second = simd.select_f64s(is_0, next, simd.select_f64s(is_1, a, last));
+    let third = simd.select_f64s(is_0, last, simd.select_f64s(is_1, next, a));
+    [simd.reduce_sum_f64s(first), simd.reduce_sum_f64s(second), simd.reduce_sum_f64s(third)]
+}
+
+/// Rotations of a block of frames, from the covariances about their centres, which replace those in `sums`.
+#[inline(always)]
+fn solve<S: Simd>(simd: S, sums: &mut Sums) -> Rotations {
+    let none = [0.0; BLOCK];
+    let mut found = Rotations { quaternion: [none; 4], eigenvalue: [none], gap: [none] };
+    let count = S::as_simd_f64s(&sums.count).0;
+    for part in 0..count.len() {
+        let inverse = simd.div_f64s(simd.splat_f64s(1.0), count[part]);
+        let mut h = [inverse; 9];
+        for axis in 0..3 {
+            let source = simd.mul_f64s(S::as_simd_f64s(&sums.source[axis]).0[part], inverse);
+            for other in 0..3 {
+                let sum = S::as_simd_f64s(&sums.covariance[3 * axis + other]).0[part];
+                let product = simd.mul_f64s(source, S::as_simd_f64s(&sums.target[other]).0[part]);
+                h[3 * axis + other] = simd.sub_f64s(sum, product);
+            }
+        }
+        let (quaternion, eigenvalue, gap) = rotation(simd, &h);
+        for (row, value) in found.quaternion.iter_mut().zip(quaternion) {
+            S::as_mut_simd_f64s(row).0[part] = value;
+        }
+        S::as_mut_simd_f64s(&mut found.eigenvalue[0]).0[part] = eigenvalue;
+        S::as_mut_simd_f64s(&mut found.gap[0]).0[part] = gap;
+    }
+    found
+}
+
+/// Sums and products of registers.
+macro_rules! f {
+    ($simd:ident, $a:ident + $b:ident) => {
+        $simd.add_f64s($a, $b)
+    };
+    ($simd:ident, $a:ident - $b:ident) => {
+        $simd.sub_f64s($a, $b)
+    };
+    ($simd:ident, $a:ident * $b:ident) => {
+        $simd.mul_f64s($a, $b)
+    };
+    // a b - c d
+    ($simd:ident, $a:ident * $b:ident - $c:ident * $d:ident) => {
+        $simd.sub_f64s($simd.mul_f64s($a, $b), $simd.mul_f64s($c, $d))
+    };
+    // a b - c d + e f
+    ($simd:ident, $a:ident * $b:ident - $c:ident * $d:ident + $e:ident * $g:ident) => {
+        $simd.mul_add_e_f64s($e, $g, f!($simd, $a * $b - $c * $d))
+    };
+    // a b - c d - e f
+    ($simd:ident, $a:ident * $b:ident - $c:ident * $d:ident - $e:ident * $g:ident) => {
+        $simd.sub_f64s(f!($simd, $a * $b - $c * $d), $simd.mul_f64s($e, $g))
+    };
+}
+/// The 2×2 minors of the two upper and the two lower rows of a symmetric matrix, from its diagonal and what is above.
+#[inline(always)]
+fn minors<S: Simd>(simd: S, diagonal: [S::f64s; 4], above: [S::f64s; 6]) -> ([S::f64s; 6], [S::f64s; 6]) {
+    let ([k00, k11, k22, k33], [k01, k02, k03, k12, k13, k23]) = (diagonal, above);
+    let upper = [
+        f!(simd, k00 * k11 - k01 * k01),
+        f!(simd, k00 * k12 - k01 * k02),
+        f!(simd, k00 * k13 - k01 * k03),
+        f!(simd, k01 * k12 - k11 * k02),
+        f!(simd, k01 * k13 - k11 * k03),
+        f!(simd, k02 * k13 - k12 * k03),
+    ];
+    let lower = [
+        f!(simd, k02 * k13 - k03 * k12),
+        f!(simd, k02 * k23 - k03 * k22),
+        f!(simd, k02 * k33 - k03 * k23),
+        f!(simd, k12 * k23 - k13 * k22),
+        f!(simd, k12 * k33 - k13 * k23),
+        f!(simd, k22 * k33 - k23 * k23),
+    ];
+    (upper, lower)
+}
+
+/// Unit quaternion of the rotation that fits covariances `Σ p qᵀ`, row by row, with eigenvalue and gap.
+///
+/// *Definition.* The eigenvector of the largest eigenvalue `λ` of Horn's symmetric matrix `K`, a column of the adjugate
+/// of `K - λI`. Newton's iteration for `λ` starts at `√3 |H|`, above all eigenvalues. The adjugate's trace is the product
+/// of the distances of `λ` to the other eigenvalues, up to its sign.
+#[inline(always)]
+fn rotation<S: Simd>(simd: S, h: &[S::f64s; 9]) -> ([S::f64s; 4], S::f64s, S::f64s) {
+    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *h;
+    let (k01, k02, k03) = (f!(simd, yz - zy), f!(simd, zx - xz), f!(simd, xy - yx));
+    let (k12, k13, k23) = (f!(simd, xy + yx), f!(simd, zx + xz), f!(simd, yz + zy));
+    let (beside, less) = (f!(simd, yy + zz), f!(simd, yy - zz));
+    let (k00, k11) = (f!(simd, xx + beside), f!(simd, xx - beside));
+    let (k22, k33) = (f!(simd, less - xx), {
+        let minus = f!(simd, less + xx);
+        simd.neg_f64s(minus)
+    });
+    let mut squares = f!(simd, xx * xx);
+    for entry in &h[1..] {
+        squares = simd.mul_add_e_f64s(*entry, *entry, squares);
+    }
+    let (m0, m1, m2) = (f!(simd, yy * zz - yz * zy), f!(simd, yx * zz - yz * zx), f!(simd, yx * zy - yy * zx));
+    let determinant = f!(simd, xx * m0 - xy * m1 + xz * m2);
+    let (two, eight) = (simd.splat_f64s(-2.0), simd.splat_f64s(-8.0));
+    let (c2, c1) = (f!(simd, two * squares), f!(simd, eight * determinant));
+    let ([s0, s1, s2, s3, s4, s5], [l0, l1, l2, l3, l4, l5]) =
+        minors(simd, [k00, k11, k22, k33], [k01, k02, k03, k12, k13, k23]);
+    let (near, far) = (f!(simd, s0 * l5 - s1 * l4 + s2 * l3), f!(simd, s3 * l2 - s4 * l1 + s5 * l0));
+    let c0 = f!(simd, near + far);
+    let mut lambda = simd.sqrt_f64s(simd.mul_f64s(simd.splat_f64s(3.0), squares));
+    let rests = simd.splat_f64s(RESTS);
+    for _ in 0..STEPS {
+        let square = f!(simd, lambda * lambda);
+        let b = {
+            let sum = f!(simd, square + c2);
+            f!(simd, sum * lambda)
+        };
+        let a = f!(simd, b + c1);
+        let value = simd.mul_add_e_f64s(a, lambda, c0);
+        let twice = simd.mul_f64s(simd.splat_f64s(2.0), square);
+        let inner = f!(simd, a + b);
+        let slope = simd.mul_add_e_f64s(twice, lambda, inner);
+        let step = simd.div_f64s(value, slope);
+        lambda = f!(simd, lambda - step);
+        let (size, small) = (simd.abs_f64s(step), f!(simd, rests * lambda));
+        if simd.first_true_m64s(simd.greater_than_f64s(size, small)) >= S::F64_LANES {
+            break;
+        }
+    }
+    let (k00, k11, k22, k33) =
+        (f!(simd, k00 - lambda), f!(simd, k11 - lambda), f!(simd, k22 - lambda), f!(simd, k33 - lambda));
+    let ([s0, s1, s2, s3, s4, s5], [_, l1, l2, l3, l4, l5]) =
+        minors(simd, [k00, k11, k22, k33], [k01, k02, k03, k12, k13, k23]);
+    let b00 = f!(simd, k11 * l5 - k12 * l4 + k13 * l3);
+    let b01 = f!(simd, k02 * l4 - k01 * l5 - k03 * l3);
+    let b02 = {
+        let rest = f!(simd, k13 * s5 - k23 * s4);
+        simd.mul_add_e_f64s(k33, s3, rest)
+    };
+    let b03 = f!(simd, k22 * s4 - k12 * s5 - k23 * s3);
+    let b11 = f!(simd, k00 * l5 - k02 * l2 + k03 * l1);
+    let b12 = f!(simd, k23 * s2 - k03 * s5 - k33 * s1);
+    let b13 = {
+        let rest = f!(simd, k02 * s5 - k22 * s2);
+        simd.mul_add_e_f64s(k23, s1, rest)
+    };
+    let b22 = {
+        let rest = f!(simd, k03 * s4 - k13 * s2);
+        simd.mul_add_e_f64s(k33, s0, rest)
+    };
+    let b23 = f!(simd, k12 * s2 - k02 * s4 - k23 * s0);
+    let b33 = {
+        let rest = f!(simd, k02 * s3 - k12 * s1);
+        simd.mul_add_e_f64s(k22, s0, rest)
+    };
+    let (mut column, mut most) = ([b00, b01, b02, b03], simd.abs_f64s(b00));
+    for (other, diagonal) in [([b01, b11, b12, b13], b11), ([b02, b12, b22, b23], b22), ([b03, b13, b23, b33], b33)] {
+        let size = simd.abs_f64s(diagonal);
+        let larger = simd.greater_than_f64s(size, most);
+        for k in 0..4 {
+            column[k] = simd.select_f64s(larger, other[k], column[k]);
+        }
+        most = simd.select_f64s(larger, size, most);
+    }
+    let [w, x, y, z] = column;
+    let mut norm = f!(simd, w * w);
+    for entry in [x, y, z] {
+        norm = simd.mul_add_e_f64s(entry, entry, norm);
+    }
+    let scale = simd.div_f64s(simd.splat_f64s(1.0), simd.sqrt_f64s(norm));
+    let (left, right) = (f!(simd, b00 + b11), f!(simd, b22 + b33));
+    let cube = {
+        let square = f!(simd, lambda * lambda);
+        f!(simd, square * lambda)
+    };
+    let gap = simd.div_f64s(simd.abs_f64s(f!(simd, left + right)), cube);
+    ([f!(simd, w * scale), f!(simd, x * scale), f!(simd, y * scale), f!(simd, z * scale)], lambda, gap)
+}
+
+/// The pose of a lane, if its rotation can be trusted.
+#[inline(always)]
+fn finish(places: &Places, sums: &Sums, rotations: &Rotations, lane: usize) -> Option<Pose> {
+    let (count, eigenvalue, gap) = (sums.count[lane], rotations.eigenvalue[0][lane], rotations.gap[0][lane]);
+    let source = places.centre + Vector3::from_fn(|axis, _| sums.source[axis][lane]) / count;
+    let target = Vector3::from_fn(|axis, _| sums.target[axis][lane]) / count;
+    let offset = count * places.radius * (target.amax() + places.magnitude);
+    let trusted = sums.found[lane] >= 3 && gap > LEAST_GAP && offset < LARGEST_OFFSET * gap * eigenvalue;
+    if !trusted {
+        return None;
+    }
+    let [w, x, y, z] = [0, 1, 2, 3].map(|k| rotations.quaternion[k][lane]);
+    let sign = if w < 0.0 { -1.0 } else { 1.0 };
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z) * sign);
+    Some(Pose::from_parts(Translation3::from(target - rotation * source), rotation))
+}
+
+#[cfg(test)]
+mod tests;
