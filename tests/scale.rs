@@ -68,6 +68,9 @@ fn sliding(t: f64) -> Pose {
     place(0.15 * wave(0.4, t), -0.1 * wave(0.7, t), 1.0 + 0.2 * wave(0.5, t))
 }
 
+/// How two bodies go, from 0 to 1.
+type Way<'w> = &'w dyn Fn(f64) -> [Pose; 2];
+
 /// Joints by the way of their reference, and whether it shows the scale.
 #[test]
 fn a_scale_is_told_where_it_shows_and_is_no_number_where_it_does_not() {
@@ -79,7 +82,6 @@ fn a_scale_is_told_where_it_shows_and_is_no_number_where_it_does_not() {
     let slide = |t: f64| place(0.2 + 0.15 * wave(0.35, t), 0.05, 0.0);
     let about_camera = |t: f64| turn(0.3 * wave(0.6, t), 0.4 * wave(0.3, t), 0.5 * wave(0.9, t)) * place(0.0, 0.0, 1.0);
     let along = |t: f64| place(0.2 * wave(0.5, t), 0.0, 1.0);
-    type Way<'w> = &'w dyn Fn(f64) -> [Pose; 2];
     let cases: [(&str, bool, &str, Way<'_>); 11] = [
         ("rigid, roaming", true, "rigid", &|t| [roaming(t), roaming(t) * beside]),
         ("rigid, sliding", true, "rigid", &|t| [sliding(t), sliding(t) * beside]),

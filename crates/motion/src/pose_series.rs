@@ -104,7 +104,8 @@ impl PoseSeries {
         let mut leaves = leaping.frames.iter();
         match as_in {
             Some(other) => {
-                common.retain(|(frame, _, _)| other.every_pose.binary_search_by_key(frame, |(known, _)| *known).is_ok())
+                common
+                    .retain(|(frame, _, _)| other.every_pose.binary_search_by_key(frame, |(known, _)| *known).is_ok());
             }
             None => common.retain(|_| !leaves.next().copied().unwrap_or(false)),
         }
