@@ -223,25 +223,13 @@ fn check_recording(settings: &RecordingSettings, spans: &[(String, Range<usize>)
     Ok(())
 }
 
-/// Refuses settings of another search than the one chosen, a grid without end, and models that know no standard error.
+/// Refuses a grid that ends before it begins, and models that know no standard error.
 fn check_scale(
     settings: &ScaleSettings,
     models: &[NamedModel],
     spans: &[(String, Range<usize>)],
 ) -> Result<(), SettingsError> {
     let place = |key: &str| spans.iter().find(|(name, _)| name == key).map_or(0..0, |(_, span)| span.clone());
-    let written = |keys: &[&'static str]| keys.iter().copied().find(|key| spans.iter().any(|(name, _)| name == key));
-    let idle = match settings.search {
-        ScaleSearch::None => written(&["body", "from", "to", "step", "spread"]).map(|key| (key, "none")),
-        ScaleSearch::Grid => written(&["spread"]).map(|key| (key, "grid")),
-        ScaleSearch::ClosedForm => written(&["body", "from", "to", "step"]).map(|key| (key, "closed-form")),
-    };
-    if let Some((key, search)) = idle.filter(|_| settings.search != ScaleSearch::None) {
-        let message = format!("`{key}` is for another search than \"{search}\"");
-        return Err(
-            SettingsError::at(place(key), message).help(format!("take `{key}` out, or choose another `search`"))
-        );
-    }
     if settings.search == ScaleSearch::Grid && settings.to < settings.from {
         let message = format!("`to`: {} is less than `from`, {}", settings.to, settings.from);
         return Err(SettingsError::at(place("to"), message).help("for example: from = 0.5, to = 1.5"));
