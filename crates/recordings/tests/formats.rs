@@ -79,6 +79,43 @@ fn tables_of_markers_are_recognised_by_their_content() {
     }
 }
 
+#[cfg(feature = "parquet")]
+#[test]
+fn tables_in_columns_of_other_programs_are_the_same_recording() {
+    use std::fmt::Write;
+
+    let mut text = String::from("frame,time,body,feature,x,y,z\n");
+    for frame in 0..3 {
+        for (body, feature) in [("box", 1), ("box", 2), ("lid", 1), ("lid", 2)] {
+            let y = if (frame, feature) == (1, 2) { String::new() } else { format!("{feature}0") };
+            let (number, time) = (frame + 1, f64::from(frame) / 4.);
+            let _ = writeln!(text, "{number},{time},{body},{feature},{frame}.5,{y},-0.25");
+        }
+    }
+    let of_text = markers("a.csv", text);
+    for (name, bytes) in &samples::in_columns()[1..] {
+        // The content tells the format.
+        assert_eq!(markers(&name.replace("parquet", "csv"), bytes).format, Format::Parquet);
+        let found = Markers { format: Format::Csv, ..markers(name, bytes) };
+        let positions = |markers: &Markers| -> Vec<_> {
+            markers.positions.iter().flat_map(|point| [point.x, point.y, point.z].map(f64::to_bits)).collect()
+        };
+        assert_eq!(positions(&found), positions(&of_text), "{name}");
+        assert_eq!(Markers { positions: Vec::new(), ..found }, Markers { positions: Vec::new(), ..of_text.clone() });
+    }
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn without_its_feature_a_file_of_columns_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.parquet");
+    fs::write(&path, include_bytes!("samples/polars.parquet")).expect("written");
+    let error = read(&path, &ReadOptions::default()).expect_err("refused").to_string();
+    assert!(error.contains("a.parquet: this program was built without the feature `parquet`"), "{error}");
+    assert!(error.contains("`--features parquet`"), "{error}");
+}
+
 fn names(recording: &Recording) -> Vec<&str> {
     recording.bodies().iter().map(Body::name).collect()
 }

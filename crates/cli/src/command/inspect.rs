@@ -173,7 +173,8 @@ fn configuration(inspection: &Inspection, path: &Path, options: &ReadOptions) ->
         let _ = writeln!(text, "# unit = \"{}\"    # of the file, which does not state it", inspection.unit);
     }
     let bodies: Vec<&Group> = inspection.bodies.iter().filter(|body| !body.markers.is_empty()).collect();
-    let has_bodies = matches!(inspection.format, Format::Csv | Format::Poses | Format::Npz | Format::Euroc);
+    let has_bodies =
+        matches!(inspection.format, Format::Csv | Format::Poses | Format::Npz | Format::Euroc | Format::Parquet);
     if has_bodies && inspection.bodies_from == "file" {
         return text + "# world = \"world\"    # judges every body against the world, too\n";
     }
