@@ -44,17 +44,17 @@ pub struct BodyPatterns {
 /// instance for a body without any sample.
 pub fn group(markers: Markers, grouping: &Grouping, path: &Path) -> Result<(Recording, Vec<String>), RecordingError> {
     let mut notes = markers.notes.clone();
+    let mut ambiguous = Vec::new();
     let groups = match grouping {
         Grouping::Own => own(&markers, path, &mut notes)?,
         Grouping::All => all(&markers, path, &mut notes),
         Grouping::Patterns(patterns) => by_patterns(&markers, patterns, path)?,
-        Grouping::Suggested => suggested(&markers, path, &mut notes)?,
+        Grouping::Suggested => suggested(&markers, path, &mut ambiguous)?,
     };
     let by_name = matches!(grouping, Grouping::Patterns(_) | Grouping::Suggested);
     if by_name {
         let alone = (0..markers.markers.len()).filter(|&marker| !groups.iter().any(|(_, members)| members.has(marker)));
-        let alone: Vec<&str> = alone.map(|marker| markers.markers[marker].name.as_str()).collect();
-        notes.extend(left_out(&alone, "are in no body, and left out"));
+        notes.extend(without_body(&alone.collect::<Vec<_>>(), &ambiguous, &markers));
     }
     let mut bodies = Vec::new();
     for (name, members) in groups {
@@ -229,7 +229,7 @@ fn by_patterns(markers: &Markers, bodies: &[BodyPatterns], path: &Path) -> Resul
     Ok(groups)
 }
 
-fn suggested(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Result<Groups, RecordingError> {
+fn suggested(markers: &Markers, path: &Path, ambiguous: &mut Vec<usize>) -> Result<Groups, RecordingError> {
     let suggestion = suggest(markers);
     if suggestion.bodies.is_empty() && markers.poses.is_empty() {
         let problem = format!(
@@ -238,9 +238,7 @@ fn suggested(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Result<
         );
         return Err(RecordingError::Ungrouped { path: path.into(), problem });
     }
-    let ambiguous: Vec<&str> =
-        suggestion.ambiguous.iter().map(|&marker| markers.markers[marker].name.as_str()).collect();
-    notes.extend(left_out(&ambiguous, "keep their distances to more than one body, and are left out"));
+    *ambiguous = suggestion.ambiguous;
     let bodies = suggestion.bodies.into_iter().map(|body| (body.name, Members::Markers(body.markers)));
     let poses = markers.poses.iter().enumerate().map(|(index, (name, _))| (name.clone(), Members::Poses(index)));
     Ok(bodies.chain(poses).collect())
@@ -252,10 +250,26 @@ fn body(name: String, labels: Vec<String>, features: &[usize], markers: &Markers
     Body::from_points(name, labels, Tracks::new(features.len(), positions)?)
 }
 
+/// Says which markers are in no body, some of them because they could be in several.
+fn without_body(alone: &[usize], ambiguous: &[usize], markers: &Markers) -> Option<String> {
+    let names = |of: &[usize]| of.iter().map(|&marker| markers.markers[marker].name.as_str()).collect::<Vec<_>>();
+    if !ambiguous.is_empty() && ambiguous.len() == alone.len() {
+        return left_out(&names(alone), "keep their distances to more than one body, and are left out");
+    }
+    let note = left_out(&names(alone), "are in no body, and left out")?;
+    Some(if ambiguous.is_empty() {
+        note
+    } else {
+        format!("{note}; fixed to more than one: {}", list(&names(ambiguous)))
+    })
+}
+
 fn left_out(names: &[&str], what: &str) -> Option<String> {
     match names {
         [] => None,
-        [one] => Some(format!("marker {} {}", quoted(one), what.replace("are ", "is ").replace("keep ", "keeps "))),
+        [one] => {
+            Some(format!("marker {} {}", quoted(one), what.replace("are ", "is ").replace("keep their ", "keeps its ")))
+        }
         _ => Some(format!("{} markers {what}: {}", names.len(), list(names))),
     }
 }

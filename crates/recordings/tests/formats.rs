@@ -8,7 +8,8 @@ use std::fs;
 
 use jointscope_motion::{Body, Observation, Recording};
 use jointscope_recordings::{
-    BodyPatterns, Format, Grouping, Markers, ReadOptions, Unit, group, inspect, read, read_markers, read_with_notes,
+    BodyPatterns, Format, Grouping, Marker, Markers, ReadOptions, Unit, group, inspect, read, read_markers,
+    read_with_notes,
 };
 
 use samples::{C3d, FRAMES, NAMES, Numbers, Processor, millimetres};
@@ -193,6 +194,48 @@ fn markers_without_prefixes_need_bodies() {
     assert_eq!(names(&recording), ["box", "body 1"]);
     assert_eq!(labels(&recording.bodies()[1]), ["lida", "lidb", "lidc", "nail"]);
     assert_eq!(notes, [""; 0]);
+}
+
+#[test]
+fn one_note_tells_of_suggested_bodies_which_markers_are_in_none() {
+    let place = |frame: f64, marker: usize| {
+        let (sin, cos) = f64::sin_cos(0.03 * frame);
+        let corner = [[0.3, 0.1, 0.2], [0.5, 0.2, 0.9], [0.2, 0.6, 0.4], [0.7, 0.5, 0.1]][marker % 4];
+        match marker {
+            0..4 => corner,
+            4..8 => [corner[0] * cos - corner[1] * sin, corner[0] * sin + corner[1] * cos, corner[2]],
+            // On the axis of the hinge; on nothing.
+            8 => [0., 0., 0.5],
+            _ => [(0.7 * frame).sin(), (0.3 * frame).cos(), 1. + 0.1 * frame],
+        }
+    };
+    let suggested = |names: &[&str]| {
+        let markers = Markers {
+            format: Format::Trc,
+            unit: Unit::Metre,
+            unit_stated: true,
+            rate: None,
+            frame_numbers: (0..40).collect(),
+            times: None,
+            markers: names
+                .iter()
+                .map(|name| Marker { name: (*name).into(), label: (*name).into(), body: None })
+                .collect(),
+            positions: (0..40)
+                .flat_map(|frame| (0..names.len()).map(move |marker| place(f64::from(frame), marker).into()))
+                .collect(),
+            poses: Vec::new(),
+            notes: Vec::new(),
+        };
+        group(markers, &Grouping::Suggested, "a.trc".as_ref()).expect("two bodies").1
+    };
+    let names = ["w1", "w2", "w3", "w4", "d1", "d2", "d3", "d4", "pin", "fly"];
+    assert_eq!(suggested(&names[..8]), [""; 0]);
+    assert_eq!(suggested(&names[..9]), ["marker `pin` keeps its distances to more than one body, and is left out"]);
+    assert_eq!(
+        suggested(&names),
+        ["2 markers are in no body, and left out: `pin`, `fly`; fixed to more than one: `pin`"]
+    );
 }
 
 #[test]

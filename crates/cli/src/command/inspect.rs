@@ -121,7 +121,7 @@ fn table(inspection: &Inspection) -> String {
         let _ = write!(text, "\nBodies, {from}:\n\n{}", trimmed(&table));
     }
     for (names, what) in
-        [(&inspection.ambiguous, "Fixed to more than one body, and in none"), (&inspection.alone, "In no body")]
+        [(&inspection.ambiguous, "In no body, as fixed to more than one"), (&inspection.alone, "In no body")]
     {
         if !names.is_empty() {
             let _ = write!(text, "\n{what}: {}\n", printable(&names.join(", ")));
