@@ -47,7 +47,7 @@ pub fn group(markers: Markers, grouping: &Grouping, path: &Path) -> Result<(Reco
     let mut ambiguous = Vec::new();
     let groups = match grouping {
         Grouping::Own => own(&markers, path, &mut notes)?,
-        Grouping::All => all(&markers, path, &mut notes),
+        Grouping::All => all(&markers, path, &mut notes)?,
         Grouping::Patterns(patterns) => by_patterns(&markers, patterns, path)?,
         Grouping::Suggested => suggested(&markers, path, &mut ambiguous)?,
     };
@@ -129,6 +129,7 @@ pub(crate) fn own(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Re
     let Told { groups, alone, posed, unseen } = told(markers);
     let names = |of: &[usize]| of.iter().map(|&marker| markers.markers[marker].name.as_str()).collect::<Vec<_>>();
     if groups.is_empty() {
+        check_seen(markers, path)?;
         let problem = format!(
             "the file has {} markers, {}, and does not say which of them are on one body",
             markers.markers.len(),
@@ -143,7 +144,8 @@ pub(crate) fn own(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Re
 }
 
 /// The same, and a body of all markers that are in none.
-fn all(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Groups {
+fn all(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Result<Groups, RecordingError> {
+    check_seen(markers, path)?;
     let Told { mut groups, alone, posed, unseen } = told(markers);
     let rest: Vec<usize> = alone.into_iter().chain(posed).collect();
     if rest.iter().any(|&marker| markers.seen(marker) > 0) {
@@ -154,12 +156,36 @@ fn all(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Groups {
         groups.push((name, Members::Markers(rest)));
     }
     notes.extend(never_seen(&unseen));
-    groups
+    Ok(groups)
 }
 
-fn never_seen(names: &[String]) -> Option<String> {
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    (!names.is_empty()).then(|| format!("never seen, and left out: {}", list(&names)))
+fn never_seen(bodies: &[String]) -> Option<String> {
+    match bodies {
+        [] => None,
+        [one] => Some(format!("body {} is never seen, and left out", quoted(one))),
+        _ => {
+            let names: Vec<&str> = bodies.iter().map(String::as_str).collect();
+            Some(format!("{} bodies are never seen, and left out: {}", names.len(), list(&names)))
+        }
+    }
+}
+
+/// Refuses a file of which nothing is seen in any frame.
+fn check_seen(markers: &Markers, path: &Path) -> Result<(), RecordingError> {
+    let posed = markers.poses.iter().any(|(_, poses)| poses.iter().any(Option::is_some));
+    if posed || (0..markers.markers.len()).any(|marker| markers.seen(marker) > 0) {
+        return Ok(());
+    }
+    let names = markers.markers.iter().map(|marker| &marker.name).chain(markers.poses.iter().map(|(name, _)| name));
+    let names: Vec<&str> = names.map(String::as_str).collect();
+    let needed = "needed a sample of at least one marker or body";
+    Err(RecordingError::in_file(
+        path,
+        match &names[..] {
+            [] => format!("{needed}, found none of either; export them, too"),
+            _ => format!("{needed}, found none of {}; export the recording with its positions", list(&names)),
+        },
+    ))
 }
 
 fn by_patterns(markers: &Markers, bodies: &[BodyPatterns], path: &Path) -> Result<Groups, RecordingError> {

@@ -150,6 +150,24 @@ fn prefixes_make_bodies_and_what_is_left_out_is_told() {
 }
 
 #[test]
+fn markers_that_are_never_seen_are_named() {
+    let none =
+        Markers { positions: vec![[f64::NAN; 3].into(); FRAMES * NAMES.len()], ..markers("a.trc", samples::trc()) };
+    for grouping in [Grouping::Own, Grouping::All] {
+        let error = group(none.clone(), &grouping, "a.trc".as_ref()).expect_err("nothing is seen").to_string();
+        let needed = "a.trc: needed a sample of at least one marker or body, found none of `box:a`, `box:b`";
+        assert!(error.starts_with(needed) && error.ends_with("export the recording with its positions"), "{error}");
+    }
+    let mut no_lid = markers("a.trc", samples::trc());
+    for frame in no_lid.positions.chunks_mut(NAMES.len()) {
+        frame[3..6].fill([f64::NAN; 3].into());
+    }
+    let (recording, notes) = group(no_lid, &Grouping::All, "a.trc".as_ref()).expect("the box and the nail");
+    assert_eq!(names(&recording), ["box", "a"]);
+    assert_eq!(notes, ["body `lid` is never seen, and left out"]);
+}
+
+#[test]
 fn patterns_make_bodies_in_their_own_order() {
     let (recording, notes) =
         grouped(&[("tool", &["Hammer"]), ("top", &["lid:c", "lid:[ab]"]), ("rest", &["nail", "box:?"])])
