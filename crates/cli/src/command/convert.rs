@@ -73,10 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             output::remark(&arguments.input, note);
         }
     }
-    let folder = arguments.output.parent().unwrap_or(Path::new(""));
-    if !folder.as_os_str().is_empty() {
-        output::make_folder(folder)?;
-    }
+    output::make_folder_of(&arguments.output)?;
     output::write_files(&[(&arguments.output, &bytes)])
 }
 

@@ -57,6 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         let folder = path.parent().unwrap_or(Path::new(""));
         let configuration = configuration(&inspection, &seen_from(&arguments.file, folder), &options);
+        output::make_folder_of(path)?;
         output::write_files(&[(path, configuration.as_bytes())])?;
     }
     output::print(&match arguments.format {

@@ -69,6 +69,9 @@ fn a_started_configuration_runs_and_is_not_overwritten() {
     assert!(told.contains("r.csv: vicon, unit mm (stated)") && told.contains("suggested"), "{told}");
     assert!(place.done(&["run", "--config", "new.toml"]).contains("revolute"));
     place.refused(&["inspect", "r.csv", "--write", "new.toml"], DATA, &["new.toml: there already"]);
+    place.done(&["inspect", "r.csv", "--write", "deep/below/new.toml"]);
+    assert!(place.done(&["run", "--config", "deep/below/new.toml"]).contains("revolute"));
+    place.refused(&["inspect", "r.csv", "--write", "r.csv/new.toml"], DATA, &["a file is where a folder is needed"]);
 }
 
 #[test]
