@@ -180,7 +180,7 @@ fn same_axis(
 
 /// Noise that seems to differ along the ray from the origin does depend on where the origin is.
 fn sees_a_ray(pair: &PairDetection) -> bool {
-    pair.notes.iter().any(|note| note.contains("viewing ray"))
+    pair.notes.iter().any(|note| note.contains("along the ray from the origin"))
 }
 
 proptest! {

@@ -1,5 +1,6 @@
 //! The detector: models and a rule, applied to all pairs of a recording.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -54,7 +55,7 @@ impl Detector {
     /// # Errors
     /// [`DetectionError`] if a pair names no body, or the world's name is taken.
     pub fn detect(&self, recording: Recording, pairs: Option<&[[String; 2]]>) -> Result<Detection, DetectionError> {
-        self.detect_watched(recording, pairs, &|_, _| ())
+        self.detect_watched(Cow::Owned(recording), pairs, &|_, _| ())
     }
 
     /// As [`Detector::detect`], telling `watch` after each pair how many are done, and of how many.
@@ -63,14 +64,14 @@ impl Detector {
     /// As [`Detector::detect`].
     pub fn detect_watched(
         &self,
-        recording: Recording,
+        recording: Cow<'_, Recording>,
         pairs: Option<&[[String; 2]]>,
         watch: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Detection, DetectionError> {
         let pairs = chosen(&recording, pairs)?;
         self.check_base(&recording)?;
         let recording = match recording.bodies() {
-            [_] => recording.with_world(WORLD).map_err(DetectionError::World)?,
+            [_] => Cow::Owned(recording.into_owned().with_world(WORLD).map_err(DetectionError::World)?),
             _ => recording,
         };
         let base = self.configuration.output.base.as_ref();

@@ -109,7 +109,7 @@ fn left_out(motion: &BodyMotion<'_>, labels: &[String]) -> Vec<String> {
     }
     let depth = motion.depth_noise();
     if !(0.75..1.3).contains(&depth) {
-        notes.push(format!("{name}: noise along the viewing ray is {depth:.1} times that across it"));
+        notes.push(format!("{name}: noise along the ray from the origin is {depth:.1} times that across it"));
     }
     notes
 }

@@ -1,4 +1,7 @@
 //! Noise that is larger along the viewing ray than across it, as depth cameras and single cameras have it.
+//!
+//! The ray is that from the origin of the recording's coordinates, whether or not a camera is there: of motion capture it
+//! is a direction like any other, along which noise may differ.
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
 

@@ -30,8 +30,8 @@ pub(crate) enum Content {
 
 impl Columns {
     /// Finds the columns by their names, in any order and case.
-    pub(crate) fn of_header(header: &StringRecord) -> Result<Self, String> {
-        let names: Vec<String> = header.iter().map(|name| name.trim().to_lowercase()).collect();
+    pub(crate) fn of_header<'a>(header: impl IntoIterator<Item = &'a str>) -> Result<Self, String> {
+        let names: Vec<String> = header.into_iter().map(|name| name.trim().to_lowercase()).collect();
         if names.iter().all(|name| name.parse::<f64>().is_ok()) {
             return Err("needed a header with the names of the columns, found numbers; \
                         begin with frame,time,body,feature,x,y,z or frame,time,body,x,y,z,qx,qy,qz,qw"
@@ -68,10 +68,22 @@ impl Columns {
     pub(crate) fn numbers<const N: usize>(&self, row: &StringRecord, cells: [usize; N]) -> Result<[f64; N], String> {
         let mut values = [f64::NAN; N];
         for (value, cell) in values.iter_mut().zip(cells) {
-            let name = &self.names[cell];
-            *value = number(row[cell].trim()).map_err(|problem| format!("column `{name}`: {problem}"))?;
+            *value = number(row[cell].trim()).map_err(|problem| self.at(cell, &problem))?;
         }
         Ok(values)
+    }
+
+    /// A problem with the name of its column.
+    pub(crate) fn at(&self, column: usize, problem: &str) -> String {
+        format!("column `{}`: {problem}", self.names[column])
+    }
+}
+
+/// The name of a body or feature in a cell.
+pub(crate) fn name<'a>(cell: &'a str, what: &str) -> Result<&'a str, String> {
+    match cell.trim() {
+        "" => Err(format!("column `{what}`: needed a name, found an empty cell; name the {what} in every row")),
+        name => Ok(name),
     }
 }
 
@@ -94,7 +106,7 @@ mod tests {
     use super::*;
 
     fn of(names: &[&str]) -> Result<Columns, String> {
-        Columns::of_header(&StringRecord::from(names.to_vec()))
+        Columns::of_header(names.iter().copied())
     }
 
     #[test]

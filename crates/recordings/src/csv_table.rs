@@ -19,11 +19,11 @@
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord};
-use jointscope_motion::{Body, Pose, Recording, Tracks};
+use jointscope_motion::Recording;
 use nalgebra::Point3;
 
-use crate::columns::{Columns, Content};
-use crate::grid::{Grid, Rows};
+use crate::columns::{Columns, Content, name};
+use crate::grid::{Place, Rows};
 use crate::pose::pose;
 use crate::text::{decode, quoted};
 use crate::{RecordingError, Unit};
@@ -45,16 +45,11 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Unit) -> Result<Recording, Recordi
             let sample = |row: &StringRecord| {
                 Ok(Point3::from(columns.numbers(row, position)?.map(|length| unit.to_metres(length))))
             };
-            let body = |grid: Grid<Point3<f64>>| {
-                let tracks = Tracks::new(grid.features.len(), grid.samples)?;
-                Body::from_points(grid.name, grid.features, tracks)
-            };
-            table.rows(&columns, Some(feature), sample)?.recording(Point3::from([f64::NAN; 3]), body, path)
+            table.rows(&columns, Some(feature), sample)?.of_points(path)
         }
         Content::Poses { values } => {
             let sample = |row: &StringRecord| pose(columns.numbers(row, values)?, unit);
-            let body = |grid: Grid<Option<Pose>>| Body::from_poses(grid.name, grid.samples);
-            table.rows(&columns, None, sample)?.recording(None, body, path)
+            table.rows(&columns, None, sample)?.of_poses(path)
         }
     }
 }
@@ -105,7 +100,7 @@ impl<'a> Table<'a> {
         sample: impl Fn(&StringRecord) -> Result<T, String>,
     ) -> Result<Rows<T>, RecordingError> {
         let path = self.path;
-        let mut rows = Rows::new();
+        let mut rows = Rows::new(Place::Line);
         while let Some(line) = self.next_row()? {
             let mut read = || {
                 check_length(&self.row, columns.names.len())?;
@@ -114,8 +109,8 @@ impl<'a> Table<'a> {
                     Some(time) => columns.numbers(&self.row, [time])?[0],
                     None => f64::NAN,
                 };
-                let body = name(&self.row, columns.body, "body")?;
-                let feature = feature.map_or(Ok(""), |feature| name(&self.row, feature, "feature"))?;
+                let body = name(&self.row[columns.body], "body")?;
+                let feature = feature.map_or(Ok(""), |feature| name(&self.row[feature], "feature"))?;
                 rows.push(line, frame, time, (body, feature), sample(&self.row)?);
                 Ok(())
             };
@@ -158,13 +153,6 @@ pub(crate) fn frame_number(cell: &str) -> Result<u64, String> {
             "column `frame`: needed a whole number from 0, found {}; number the frames 0, 1, 2 …",
             quoted(cell)
         )),
-    }
-}
-
-fn name<'a>(row: &'a StringRecord, column: usize, what: &str) -> Result<&'a str, String> {
-    match row[column].trim() {
-        "" => Err(format!("column `{what}`: needed a name, found an empty cell; name the {what} in every row")),
-        name => Ok(name),
     }
 }
 

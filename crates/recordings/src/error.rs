@@ -28,8 +28,8 @@ pub enum RecordingError {
     /// The extension does not tell the format.
     #[error(
         "{path}: the extension does not tell the format; known are csv and tsv (tables), log, txt and tum (pose \
-         text), npz, c3d and trc; otherwise name the format: csv, poses, npz, c3d, trc, qualisys, vicon, motive or \
-         euroc"
+         text), npz, c3d, trc and parquet; otherwise name the format: csv, poses, npz, c3d, trc, qualisys, vicon, \
+         motive, euroc or parquet"
     )]
     UnknownExtension {
         /// The file.
@@ -52,6 +52,16 @@ pub enum RecordingError {
         path: PathBuf,
         /// Line in the file, from 1.
         line: u64,
+        /// What was needed and found, and what to do.
+        problem: String,
+    },
+    /// A row of a table that is no text is not as it should be.
+    #[error("{path}, row {row}: {problem}")]
+    Row {
+        /// The file.
+        path: PathBuf,
+        /// Row of the table, from 1.
+        row: u64,
         /// What was needed and found, and what to do.
         problem: String,
     },
@@ -110,6 +120,11 @@ pub enum RecordingError {
 impl RecordingError {
     pub(crate) fn at_line(path: &Path, line: u64, problem: impl Into<String>) -> Self {
         Self::Line { path: path.into(), line, problem: problem.into() }
+    }
+
+    #[cfg(feature = "parquet")]
+    pub(crate) fn at_row(path: &Path, row: u64, problem: impl Into<String>) -> Self {
+        Self::Row { path: path.into(), row, problem: problem.into() }
     }
 
     pub(crate) fn in_file(path: &Path, problem: impl Into<String>) -> Self {

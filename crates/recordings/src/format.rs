@@ -32,11 +32,14 @@ pub enum Format {
     Motive,
     /// Poses of one body as the `EuRoC` data sets write them, `"euroc"`; see [`euroc`](crate::euroc).
     Euroc,
+    /// A table of points or poses in columns, `"parquet"`, in programs built with the feature `parquet`; see
+    /// `parquet_table`.
+    Parquet,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Csv,
         Self::Poses,
         Self::Npz,
@@ -46,10 +49,11 @@ impl Format {
         Self::Vicon,
         Self::Motive,
         Self::Euroc,
+        Self::Parquet,
     ];
 
     /// The format that the extension of a file tells, in upper or lower case: `csv` and `tsv` are tables, `log`, `txt`
-    /// and `tum` are pose text, `npz`, `c3d` and `trc` are themselves.
+    /// and `tum` are pose text, `npz`, `c3d`, `trc` and `parquet` are themselves.
     ///
     /// # Errors
     /// [`RecordingError::UnknownExtension`].
@@ -61,6 +65,7 @@ impl Format {
             Some("npz") => Ok(Self::Npz),
             Some("c3d") => Ok(Self::C3d),
             Some("trc") => Ok(Self::Trc),
+            Some("parquet") => Ok(Self::Parquet),
             _ => Err(RecordingError::UnknownExtension { path: path.into() }),
         }
     }
@@ -80,6 +85,7 @@ impl Format {
         match bytes {
             [b'P', b'K', 3, 4, ..] => return Some(Self::Npz),
             [2, 80, ..] => return Some(Self::C3d),
+            [b'P', b'A', b'R', b'1' | b'E', ..] => return Some(Self::Parquet),
             _ => {}
         }
         let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -109,6 +115,7 @@ impl fmt::Display for Format {
             Self::Vicon => "vicon",
             Self::Motive => "motive",
             Self::Euroc => "euroc",
+            Self::Parquet => "parquet",
         })
     }
 }
@@ -120,7 +127,7 @@ impl FromStr for Format {
         Self::ALL.into_iter().find(|format| format.to_string() == name).ok_or_else(|| RecordingError::UnknownName {
             what: "format",
             found: name.into(),
-            known: "csv, poses, npz, c3d, trc, qualisys, vicon, motive and euroc",
+            known: "csv, poses, npz, c3d, trc, qualisys, vicon, motive, euroc and parquet",
         })
     }
 }
@@ -140,6 +147,7 @@ mod tests {
         assert_eq!(of("clip.Npz").expect("archive"), Format::Npz);
         assert_eq!(of("trial.C3D").expect("markers"), Format::C3d);
         assert_eq!(of("trial.trc").expect("markers"), Format::Trc);
+        assert_eq!(of("trial.parquet").expect("columns"), Format::Parquet);
         for path in ["trial.mat", "csv", ""] {
             assert!(of(path).expect_err("unknown").to_string().contains("name the format"));
         }
@@ -157,6 +165,7 @@ mod tests {
         assert_eq!(of("#timestamp [ns],p_RS_R_x [m]\n"), Format::Euroc);
         assert_eq!(of("PK\u{3}\u{4}..."), Format::Npz);
         assert_eq!(of("\u{2}P..."), Format::C3d);
+        assert_eq!(of("PAR1..."), Format::Parquet);
         assert_eq!(Format::of_file(Path::new("a.tum"), b"# timestamp x y z\n").expect("pose text"), Format::Poses);
     }
 

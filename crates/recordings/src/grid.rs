@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use jointscope_motion::{Body, MotionError, Recording};
+use jointscope_motion::{Body, MotionError, Pose, Recording, Tracks};
+use nalgebra::Point3;
 
 use crate::RecordingError;
 use crate::text::quoted;
@@ -17,20 +18,47 @@ const ALLOWED_PER_ROW: usize = 64;
 
 /// The rows of a table, with names of bodies and features in order of first appearance.
 pub(crate) struct Rows<T> {
+    place: Place,
     bodies: Names,
     features: Vec<Names>,
     list: Vec<Row<T>>,
 }
 
+/// Where a row is, as people look for it: in its text file, or in a table without text.
+#[derive(Clone, Copy)]
+pub(crate) enum Place {
+    Line,
+    #[cfg(feature = "parquet")]
+    Row,
+}
+
+impl Place {
+    fn error(self, path: &Path, number: u64, problem: String) -> RecordingError {
+        match self {
+            Self::Line => RecordingError::at_line(path, number, problem),
+            #[cfg(feature = "parquet")]
+            Self::Row => RecordingError::at_row(path, number, problem),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            #[cfg(feature = "parquet")]
+            Self::Row => "row",
+        }
+    }
+}
+
 /// A body's samples, frame-major.
-pub(crate) struct Grid<T> {
-    pub name: String,
-    pub features: Vec<String>,
-    pub samples: Vec<T>,
+struct Grid<T> {
+    name: String,
+    features: Vec<String>,
+    samples: Vec<T>,
 }
 
 struct Row<T> {
-    line: u64,
+    number: u64,
     frame: u64,
     /// NaN if not given.
     time: f64,
@@ -39,19 +67,37 @@ struct Row<T> {
     sample: T,
 }
 
+impl Rows<Point3<f64>> {
+    /// A recording of points, NaN where missing.
+    pub(crate) fn of_points(self, path: &Path) -> Result<Recording, RecordingError> {
+        let body = |grid: Grid<Point3<f64>>| {
+            let tracks = Tracks::new(grid.features.len(), grid.samples)?;
+            Body::from_points(grid.name, grid.features, tracks)
+        };
+        self.recording(Point3::from([f64::NAN; 3]), body, path)
+    }
+}
+
+impl Rows<Option<Pose>> {
+    /// A recording of poses; each body has one unnamed feature.
+    pub(crate) fn of_poses(self, path: &Path) -> Result<Recording, RecordingError> {
+        self.recording(None, |grid| Body::from_poses(grid.name, grid.samples), path)
+    }
+}
+
 impl<T: Copy> Rows<T> {
-    pub(crate) fn new() -> Self {
-        Self { bodies: Names::default(), features: Vec::new(), list: Vec::new() }
+    pub(crate) fn new(place: Place) -> Self {
+        Self { place, bodies: Names::default(), features: Vec::new(), list: Vec::new() }
     }
 
-    /// Adds the sample of a line; `time` is NaN if the line does not give it.
-    pub(crate) fn push(&mut self, line: u64, frame: u64, time: f64, (body, feature): (&str, &str), sample: T) {
+    /// Adds the sample of a row, which is found by its number; `time` is NaN if the row does not give it.
+    pub(crate) fn push(&mut self, number: u64, frame: u64, time: f64, (body, feature): (&str, &str), sample: T) {
         let body = self.bodies.index(body);
         if body == self.features.len() {
             self.features.push(Names::default());
         }
         let feature = self.features[body].index(feature);
-        self.list.push(Row { line, frame, time, body, feature, sample });
+        self.list.push(Row { number, frame, time, body, feature, sample });
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -59,7 +105,7 @@ impl<T: Copy> Rows<T> {
     }
 
     /// Sorts the samples into grids, with `missing` where no row gives one, and makes bodies of them.
-    pub(crate) fn recording(
+    fn recording(
         self,
         missing: T,
         body: impl Fn(Grid<T>) -> Result<Body, MotionError>,
@@ -122,12 +168,13 @@ impl<T: Copy> Rows<T> {
             #[expect(clippy::float_cmp, reason = "rows of one frame repeat the same text")]
             if *time != row.time {
                 let first = self.list.iter().find(|other| other.frame == row.frame && !other.time.is_nan());
-                let first = first.map_or(row.line, |other| other.line);
+                let first = first.map_or(row.number, |other| other.number);
+                let (found, frame, place) = (row.time, row.frame, self.place.name());
                 let problem = format!(
-                    "needed one time per frame, found {} for frame {} after {time} in line {first}; correct one of them",
-                    row.time, row.frame
+                    "needed one time per frame, found {found} for frame {frame} after {time} in {place} {first}; \
+                     correct one of them"
                 );
-                return Err(RecordingError::at_line(path, row.line, problem));
+                return Err(self.place.error(path, row.number, problem));
             }
         }
         if times.iter().all(|time| time.is_nan()) {
@@ -139,7 +186,7 @@ impl<T: Copy> Rows<T> {
                     "frame {} has no time in any row, other frames have; give all frames a time or none",
                     row.frame
                 );
-                Err(RecordingError::at_line(path, row.line, problem))
+                Err(self.place.error(path, row.number, problem))
             }
             None => Ok(Some(times)),
         }
@@ -147,19 +194,19 @@ impl<T: Copy> Rows<T> {
 
     fn repeated(&self, row: &Row<T>, path: &Path) -> RecordingError {
         let same = |other: &&Row<T>| (other.frame, other.body, other.feature) == (row.frame, row.body, row.feature);
-        let first = self.list.iter().find(same).map_or(row.line, |other| other.line);
-        let body = self.bodies.name(row.body);
+        let first = self.list.iter().find(same).map_or(row.number, |other| other.number);
+        let (body, place) = (self.bodies.name(row.body), self.place.name());
         let feature = match self.features[row.body].name(row.feature) {
             "" => String::new(),
             feature => format!(", feature {}", quoted(feature)),
         };
         let problem = format!(
-            "needed one row per sample, found a second one for frame {}, body {}{feature}, after line {first}; \
+            "needed one row per sample, found a second one for frame {}, body {}{feature}, after {place} {first}; \
              remove one of them",
             row.frame,
             quoted(body)
         );
-        RecordingError::at_line(path, row.line, problem)
+        self.place.error(path, row.number, problem)
     }
 }
 
@@ -203,8 +250,7 @@ impl Names {
 
 #[cfg(test)]
 mod tests {
-    use jointscope_motion::{Observation, Tracks};
-    use nalgebra::Point3;
+    use jointscope_motion::Observation;
 
     use super::*;
 
@@ -221,7 +267,7 @@ mod tests {
 
     #[test]
     fn rows_in_any_order_fill_grids_in_order_of_first_appearance() {
-        let mut rows = Rows::new();
+        let mut rows = Rows::new(Place::Line);
         rows.push(2, 1_000_000_000_000_000, f64::NAN, ("door", "b"), 1.);
         rows.push(3, 0, f64::NAN, ("door", "a"), 2.);
         rows.push(4, 0, f64::NAN, ("wall", "a"), 3.);
@@ -238,7 +284,7 @@ mod tests {
 
     #[test]
     fn a_coordinate_beyond_measure_is_named_by_the_number_of_its_frame() {
-        let mut rows = Rows::new();
+        let mut rows = Rows::new(Place::Line);
         rows.push(2, 500, f64::NAN, ("door", "a"), 0.);
         rows.push(3, 700, f64::NAN, ("door", "a"), 1e70);
         let error = recording(rows).expect_err("too large").to_string();
@@ -247,7 +293,7 @@ mod tests {
 
     #[test]
     fn a_few_rows_cannot_ask_for_all_memory() {
-        let mut rows = Rows::new();
+        let mut rows = Rows::new(Place::Line);
         for index in 0..100_000_u64 {
             rows.push(index + 2, index, f64::NAN, (&format!("body {index}"), ""), 0.);
         }

@@ -44,17 +44,17 @@ pub struct BodyPatterns {
 /// instance for a body without any sample.
 pub fn group(markers: Markers, grouping: &Grouping, path: &Path) -> Result<(Recording, Vec<String>), RecordingError> {
     let mut notes = markers.notes.clone();
+    let mut ambiguous = Vec::new();
     let groups = match grouping {
         Grouping::Own => own(&markers, path, &mut notes)?,
-        Grouping::All => all(&markers, path, &mut notes),
+        Grouping::All => all(&markers, path, &mut notes)?,
         Grouping::Patterns(patterns) => by_patterns(&markers, patterns, path)?,
-        Grouping::Suggested => suggested(&markers, path, &mut notes)?,
+        Grouping::Suggested => suggested(&markers, path, &mut ambiguous)?,
     };
     let by_name = matches!(grouping, Grouping::Patterns(_) | Grouping::Suggested);
     if by_name {
         let alone = (0..markers.markers.len()).filter(|&marker| !groups.iter().any(|(_, members)| members.has(marker)));
-        let alone: Vec<&str> = alone.map(|marker| markers.markers[marker].name.as_str()).collect();
-        notes.extend(left_out(&alone, "are in no body, and left out"));
+        notes.extend(without_body(&alone.collect::<Vec<_>>(), &ambiguous, &markers));
     }
     let mut bodies = Vec::new();
     for (name, members) in groups {
@@ -129,6 +129,7 @@ pub(crate) fn own(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Re
     let Told { groups, alone, posed, unseen } = told(markers);
     let names = |of: &[usize]| of.iter().map(|&marker| markers.markers[marker].name.as_str()).collect::<Vec<_>>();
     if groups.is_empty() {
+        check_seen(markers, path)?;
         let problem = format!(
             "the file has {} markers, {}, and does not say which of them are on one body",
             markers.markers.len(),
@@ -143,7 +144,8 @@ pub(crate) fn own(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Re
 }
 
 /// The same, and a body of all markers that are in none.
-fn all(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Groups {
+fn all(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Result<Groups, RecordingError> {
+    check_seen(markers, path)?;
     let Told { mut groups, alone, posed, unseen } = told(markers);
     let rest: Vec<usize> = alone.into_iter().chain(posed).collect();
     if rest.iter().any(|&marker| markers.seen(marker) > 0) {
@@ -154,12 +156,36 @@ fn all(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Groups {
         groups.push((name, Members::Markers(rest)));
     }
     notes.extend(never_seen(&unseen));
-    groups
+    Ok(groups)
 }
 
-fn never_seen(names: &[String]) -> Option<String> {
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    (!names.is_empty()).then(|| format!("never seen, and left out: {}", list(&names)))
+fn never_seen(bodies: &[String]) -> Option<String> {
+    match bodies {
+        [] => None,
+        [one] => Some(format!("body {} is never seen, and left out", quoted(one))),
+        _ => {
+            let names: Vec<&str> = bodies.iter().map(String::as_str).collect();
+            Some(format!("{} bodies are never seen, and left out: {}", names.len(), list(&names)))
+        }
+    }
+}
+
+/// Refuses a file of which nothing is seen in any frame.
+fn check_seen(markers: &Markers, path: &Path) -> Result<(), RecordingError> {
+    let posed = markers.poses.iter().any(|(_, poses)| poses.iter().any(Option::is_some));
+    if posed || (0..markers.markers.len()).any(|marker| markers.seen(marker) > 0) {
+        return Ok(());
+    }
+    let names = markers.markers.iter().map(|marker| &marker.name).chain(markers.poses.iter().map(|(name, _)| name));
+    let names: Vec<&str> = names.map(String::as_str).collect();
+    let needed = "needed a sample of at least one marker or body";
+    Err(RecordingError::in_file(
+        path,
+        match &names[..] {
+            [] => format!("{needed}, found none of either; export them, too"),
+            _ => format!("{needed}, found none of {}; export the recording with its positions", list(&names)),
+        },
+    ))
 }
 
 fn by_patterns(markers: &Markers, bodies: &[BodyPatterns], path: &Path) -> Result<Groups, RecordingError> {
@@ -229,7 +255,7 @@ fn by_patterns(markers: &Markers, bodies: &[BodyPatterns], path: &Path) -> Resul
     Ok(groups)
 }
 
-fn suggested(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Result<Groups, RecordingError> {
+fn suggested(markers: &Markers, path: &Path, ambiguous: &mut Vec<usize>) -> Result<Groups, RecordingError> {
     let suggestion = suggest(markers);
     if suggestion.bodies.is_empty() && markers.poses.is_empty() {
         let problem = format!(
@@ -238,9 +264,7 @@ fn suggested(markers: &Markers, path: &Path, notes: &mut Vec<String>) -> Result<
         );
         return Err(RecordingError::Ungrouped { path: path.into(), problem });
     }
-    let ambiguous: Vec<&str> =
-        suggestion.ambiguous.iter().map(|&marker| markers.markers[marker].name.as_str()).collect();
-    notes.extend(left_out(&ambiguous, "keep their distances to more than one body, and are left out"));
+    *ambiguous = suggestion.ambiguous;
     let bodies = suggestion.bodies.into_iter().map(|body| (body.name, Members::Markers(body.markers)));
     let poses = markers.poses.iter().enumerate().map(|(index, (name, _))| (name.clone(), Members::Poses(index)));
     Ok(bodies.chain(poses).collect())
@@ -252,10 +276,26 @@ fn body(name: String, labels: Vec<String>, features: &[usize], markers: &Markers
     Body::from_points(name, labels, Tracks::new(features.len(), positions)?)
 }
 
+/// Says which markers are in no body, some of them because they could be in several.
+fn without_body(alone: &[usize], ambiguous: &[usize], markers: &Markers) -> Option<String> {
+    let names = |of: &[usize]| of.iter().map(|&marker| markers.markers[marker].name.as_str()).collect::<Vec<_>>();
+    if !ambiguous.is_empty() && ambiguous.len() == alone.len() {
+        return left_out(&names(alone), "keep their distances to more than one body, and are left out");
+    }
+    let note = left_out(&names(alone), "are in no body, and left out")?;
+    Some(if ambiguous.is_empty() {
+        note
+    } else {
+        format!("{note}; fixed to more than one: {}", list(&names(ambiguous)))
+    })
+}
+
 fn left_out(names: &[&str], what: &str) -> Option<String> {
     match names {
         [] => None,
-        [one] => Some(format!("marker {} {}", quoted(one), what.replace("are ", "is ").replace("keep ", "keeps "))),
+        [one] => {
+            Some(format!("marker {} {}", quoted(one), what.replace("are ", "is ").replace("keep their ", "keeps its ")))
+        }
         _ => Some(format!("{} markers {what}: {}", names.len(), list(names))),
     }
 }

@@ -1,7 +1,7 @@
 //! Files of tracked points and poses, read into a [`Recording`](jointscope_motion::Recording) and written from one.
 //!
 //! ```text
-//! file ─ read ─┬─ csv_table                               one row per sample: points or poses of any number of bodies
+//! file ─ read ─┬─ csv_table, parquet_table                one row per sample: points or poses of any number of bodies
 //!              ├─ pose_text, euroc                        one row per frame: positions or poses of one body
 //!              ├─ npz                                     numpy's arrays: points of any number of bodies
 //!              └─ c3d, trc, qualisys, vicon, motive       markers of motion capture ─ grouping ─ bodies
@@ -19,6 +19,8 @@ pub mod csv_table;
 pub mod euroc;
 pub mod motive;
 pub mod npz;
+#[cfg(feature = "parquet")]
+pub mod parquet_table;
 pub mod pose_text;
 pub mod qualisys;
 pub mod trc;
@@ -35,6 +37,8 @@ mod marker_table;
 mod markers;
 mod npy;
 mod npz_write;
+#[cfg(feature = "parquet")]
+mod parquet_write;
 mod pose;
 mod read;
 mod several;
@@ -51,6 +55,8 @@ pub use grouping::{BodyPatterns, Grouping, group};
 pub use inspection::{Group, Inspection, Presence, inspect};
 pub use markers::{Marker, Markers};
 pub use npz_write::write_npz;
+#[cfg(feature = "parquet")]
+pub use parquet_write::write_parquet;
 pub use read::{ReadOptions, read, read_markers, read_with_notes};
 pub use several::join;
 pub use suggestion::{SuggestedBody, Suggestion, suggest};

@@ -24,7 +24,7 @@ pub fn write_npz(recording: &Recording, out: impl Write + Seek) -> Result<(), Re
         Uniform::Poses(bodies) => {
             let name = bodies[0].0;
             return Err(RecordingError::unwritable(format!(
-                "needed points, found poses of body `{name}`; write poses as csv"
+                "needed points, found poses of body `{name}`; write poses as csv or parquet"
             )));
         }
     };

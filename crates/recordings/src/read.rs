@@ -77,6 +77,7 @@ fn open(path: &Path, options: &ReadOptions) -> Result<(Content, Format, Unit), R
         Format::Poses => Content::Recording(pose_text::parse(&bytes, path, unit)?),
         Format::Npz => Content::Recording(npz::parse(&bytes, path, unit)?),
         Format::Euroc => Content::Recording(euroc::parse(&bytes, path, unit)?),
+        Format::Parquet => Content::Recording(in_columns(&bytes, path, unit)?),
         Format::C3d => Content::Markers(c3d::parse(&bytes, path, options.unit)?),
         Format::Trc => Content::Markers(trc::parse(&bytes, path, options.unit)?),
         Format::Qualisys => Content::Markers(qualisys::parse(&bytes, path, options.unit)?),
@@ -84,6 +85,18 @@ fn open(path: &Path, options: &ReadOptions) -> Result<(Content, Format, Unit), R
         Format::Motive => Content::Markers(motive::parse(&bytes, path, options.unit)?),
     };
     Ok((content, format, unit))
+}
+
+#[cfg(feature = "parquet")]
+use crate::parquet_table::parse as in_columns;
+
+#[cfg(not(feature = "parquet"))]
+fn in_columns(_: &[u8], path: &Path, _: Unit) -> Result<Recording, RecordingError> {
+    Err(RecordingError::in_file(
+        path,
+        "this program was built without the feature `parquet`; build it with `--features parquet`, or write the table \
+         as csv",
+    ))
 }
 
 #[cfg(test)]

@@ -8,7 +8,8 @@ use std::fs;
 
 use jointscope_motion::{Body, Observation, Recording};
 use jointscope_recordings::{
-    BodyPatterns, Format, Grouping, Markers, ReadOptions, Unit, group, inspect, read, read_markers, read_with_notes,
+    BodyPatterns, Format, Grouping, Marker, Markers, ReadOptions, Unit, group, inspect, read, read_markers,
+    read_with_notes,
 };
 
 use samples::{C3d, FRAMES, NAMES, Numbers, Processor, millimetres};
@@ -79,6 +80,43 @@ fn tables_of_markers_are_recognised_by_their_content() {
     }
 }
 
+#[cfg(feature = "parquet")]
+#[test]
+fn tables_in_columns_of_other_programs_are_the_same_recording() {
+    use std::fmt::Write;
+
+    let mut text = String::from("frame,time,body,feature,x,y,z\n");
+    for frame in 0..3 {
+        for (body, feature) in [("box", 1), ("box", 2), ("lid", 1), ("lid", 2)] {
+            let y = if (frame, feature) == (1, 2) { String::new() } else { format!("{feature}0") };
+            let (number, time) = (frame + 1, f64::from(frame) / 4.);
+            let _ = writeln!(text, "{number},{time},{body},{feature},{frame}.5,{y},-0.25");
+        }
+    }
+    let of_text = markers("a.csv", text);
+    for (name, bytes) in &samples::in_columns()[1..] {
+        // The content tells the format.
+        assert_eq!(markers(&name.replace("parquet", "csv"), bytes).format, Format::Parquet);
+        let found = Markers { format: Format::Csv, ..markers(name, bytes) };
+        let positions = |markers: &Markers| -> Vec<_> {
+            markers.positions.iter().flat_map(|point| [point.x, point.y, point.z].map(f64::to_bits)).collect()
+        };
+        assert_eq!(positions(&found), positions(&of_text), "{name}");
+        assert_eq!(Markers { positions: Vec::new(), ..found }, Markers { positions: Vec::new(), ..of_text.clone() });
+    }
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn without_its_feature_a_file_of_columns_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.parquet");
+    fs::write(&path, include_bytes!("samples/polars.parquet")).expect("written");
+    let error = read(&path, &ReadOptions::default()).expect_err("refused").to_string();
+    assert!(error.contains("a.parquet: this program was built without the feature `parquet`"), "{error}");
+    assert!(error.contains("`--features parquet`"), "{error}");
+}
+
 fn names(recording: &Recording) -> Vec<&str> {
     recording.bodies().iter().map(Body::name).collect()
 }
@@ -109,6 +147,24 @@ fn prefixes_make_bodies_and_what_is_left_out_is_told() {
     assert_eq!(notes, ["marker `nail` is in no body, and left out"]);
     let all = read(&path, &ReadOptions { grouping: Grouping::All, ..ReadOptions::default() }).expect("sound");
     assert_eq!(names(&all), ["box", "lid", "Hammer", "a"]);
+}
+
+#[test]
+fn markers_that_are_never_seen_are_named() {
+    let none =
+        Markers { positions: vec![[f64::NAN; 3].into(); FRAMES * NAMES.len()], ..markers("a.trc", samples::trc()) };
+    for grouping in [Grouping::Own, Grouping::All] {
+        let error = group(none.clone(), &grouping, "a.trc".as_ref()).expect_err("nothing is seen").to_string();
+        let needed = "a.trc: needed a sample of at least one marker or body, found none of `box:a`, `box:b`";
+        assert!(error.starts_with(needed) && error.ends_with("export the recording with its positions"), "{error}");
+    }
+    let mut no_lid = markers("a.trc", samples::trc());
+    for frame in no_lid.positions.chunks_mut(NAMES.len()) {
+        frame[3..6].fill([f64::NAN; 3].into());
+    }
+    let (recording, notes) = group(no_lid, &Grouping::All, "a.trc".as_ref()).expect("the box and the nail");
+    assert_eq!(names(&recording), ["box", "a"]);
+    assert_eq!(notes, ["body `lid` is never seen, and left out"]);
 }
 
 #[test]
@@ -156,6 +212,48 @@ fn markers_without_prefixes_need_bodies() {
     assert_eq!(names(&recording), ["box", "body 1"]);
     assert_eq!(labels(&recording.bodies()[1]), ["lida", "lidb", "lidc", "nail"]);
     assert_eq!(notes, [""; 0]);
+}
+
+#[test]
+fn one_note_tells_of_suggested_bodies_which_markers_are_in_none() {
+    let place = |frame: f64, marker: usize| {
+        let (sin, cos) = f64::sin_cos(0.03 * frame);
+        let corner = [[0.3, 0.1, 0.2], [0.5, 0.2, 0.9], [0.2, 0.6, 0.4], [0.7, 0.5, 0.1]][marker % 4];
+        match marker {
+            0..4 => corner,
+            4..8 => [corner[0] * cos - corner[1] * sin, corner[0] * sin + corner[1] * cos, corner[2]],
+            // On the axis of the hinge; on nothing.
+            8 => [0., 0., 0.5],
+            _ => [(0.7 * frame).sin(), (0.3 * frame).cos(), 1. + 0.1 * frame],
+        }
+    };
+    let suggested = |names: &[&str]| {
+        let markers = Markers {
+            format: Format::Trc,
+            unit: Unit::Metre,
+            unit_stated: true,
+            rate: None,
+            frame_numbers: (0..40).collect(),
+            times: None,
+            markers: names
+                .iter()
+                .map(|name| Marker { name: (*name).into(), label: (*name).into(), body: None })
+                .collect(),
+            positions: (0..40)
+                .flat_map(|frame| (0..names.len()).map(move |marker| place(f64::from(frame), marker).into()))
+                .collect(),
+            poses: Vec::new(),
+            notes: Vec::new(),
+        };
+        group(markers, &Grouping::Suggested, "a.trc".as_ref()).expect("two bodies").1
+    };
+    let names = ["w1", "w2", "w3", "w4", "d1", "d2", "d3", "d4", "pin", "fly"];
+    assert_eq!(suggested(&names[..8]), [""; 0]);
+    assert_eq!(suggested(&names[..9]), ["marker `pin` keeps its distances to more than one body, and is left out"]);
+    assert_eq!(
+        suggested(&names),
+        ["2 markers are in no body, and left out: `pin`, `fly`; fixed to more than one: `pin`"]
+    );
 }
 
 #[test]

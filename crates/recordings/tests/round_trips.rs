@@ -86,6 +86,13 @@ fn csv_again(recording: &Recording) -> Recording {
     csv_table::parse(&bytes, Path::new("written.csv"), Unit::Metre).expect("what was written can be read")
 }
 
+#[cfg(feature = "parquet")]
+fn parquet_again(recording: &Recording) -> Recording {
+    let mut bytes = Vec::new();
+    jointscope_recordings::write_parquet(recording, &mut bytes).expect("written");
+    jointscope_recordings::parquet_table::parse(&bytes, Path::new("written.parquet"), Unit::Metre).expect("readable")
+}
+
 fn npz_bytes(recording: &Recording) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
     write_npz(recording, &mut file).expect("written");
@@ -121,6 +128,23 @@ proptest! {
     #[test]
     fn tables_of_poses_come_back_exactly(recording in poses()) {
         prop_assert_eq!(csv_again(&recording), recording);
+    }
+
+    #[cfg(feature = "parquet")]
+    #[test]
+    fn tables_in_columns_come_back_exactly(recording in prop_oneof![points(), poses()]) {
+        prop_assert_eq!(parquet_again(&recording), recording);
+    }
+
+    #[cfg(feature = "parquet")]
+    #[test]
+    fn tables_as_text_are_the_same_after_they_were_columns(recording in prop_oneof![points(), poses()]) {
+        let text = |recording: &Recording| {
+            let mut bytes = Vec::new();
+            write_csv(recording, &mut bytes).map(|()| bytes)
+        };
+        let through_columns = parquet_again(&csv_again(&recording));
+        prop_assert_eq!(text(&through_columns).expect("written"), text(&recording).expect("written"));
     }
 
     #[test]
@@ -180,6 +204,26 @@ fn archives_are_those_of_numpy() {
     assert!(times == [0.25]);
 }
 
+#[cfg(feature = "parquet")]
+#[test]
+fn columns_hold_many_groups_of_rows_and_what_cannot_be_written_is_refused() {
+    let (frames, features) = (1000, 300);
+    let samples = (0..frames * features).map(|index| Point3::from([index as f64; 3]));
+    let labels = (0..features).map(|feature| format!("f{feature}")).collect();
+    let tracks = Tracks::new(features, samples.collect()).expect("full frames");
+    let body = Body::from_points("wall", labels, tracks).expect("sound body");
+    let large = Recording::new((0..frames as u64).collect(), None, vec![body]).expect("sound");
+    assert_eq!(parquet_again(&large), large);
+
+    let mixed = Recording::new(vec![7], None, vec![two_points().bodies()[0].clone(), one_pose()]).expect("sound");
+    let mut bytes = Vec::new();
+    let error = jointscope_recordings::write_parquet(&mixed, &mut bytes).expect_err("mixed").to_string();
+    assert!(error.ends_with("write them to two files") && bytes.is_empty(), "{error}");
+    let mut full = Cursor::new([0; 4]);
+    let error = jointscope_recordings::write_parquet(&two_points(), &mut full).expect_err("no space").to_string();
+    assert!(error.starts_with("the recording cannot be written: "), "{error}");
+}
+
 #[test]
 fn what_a_format_cannot_hold_is_refused_before_anything_is_written() {
     let refused = |bodies: Vec<Body>| {
@@ -214,7 +258,7 @@ fn what_a_format_cannot_hold_is_refused_before_anything_is_written() {
     }
     let poses = Recording::new(vec![7], None, vec![one_pose()]).expect("sound recording");
     let error = write_npz(&poses, Cursor::new(Vec::new())).expect_err("poses").to_string();
-    assert!(error.ends_with("found poses of body `tag`; write poses as csv"), "{error}");
+    assert!(error.ends_with("found poses of body `tag`; write poses as csv or parquet"), "{error}");
 }
 
 #[test]

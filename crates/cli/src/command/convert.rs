@@ -19,7 +19,7 @@ pub(crate) struct Arguments {
     /// The recording
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// The file to write: `.csv`, `.npz` or `.trc`
+    /// The file to write: `.csv`, `.npz`, `.trc` or `.parquet`
     #[arg(value_name = "OUT")]
     output: PathBuf,
     /// Write the points or the poses alone, of a file that has both
@@ -73,10 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             output::remark(&arguments.input, note);
         }
     }
-    let folder = arguments.output.parent().unwrap_or(Path::new(""));
-    if !folder.as_os_str().is_empty() {
-        output::make_folder(folder)?;
-    }
+    output::make_folder_of(&arguments.output)?;
     output::write_files(&[(&arguments.output, &bytes)])
 }
 
@@ -94,10 +91,20 @@ fn writer(path: &Path) -> Result<Write, Failure> {
             write_trc(&markers, &mut bytes)?;
             Ok((bytes, markers.notes))
         }),
+        #[cfg(feature = "parquet")]
+        Ok(Format::Parquet) => Ok(|markers, path| {
+            with_bodies(markers, path, |recording, bytes| jointscope_recordings::write_parquet(recording, bytes))
+        }),
+        #[cfg(not(feature = "parquet"))]
+        Ok(Format::Parquet) => {
+            let error = format!("{}: this program was built without the feature `parquet`", path.display());
+            Err(Failure::usage_with_help(error, "build it with `--features parquet`, or write `.csv`"))
+        }
         _ => {
             let path = path.display();
-            let error = format!("{path}: csv, npz and trc can be written, and the extension tells none of them");
-            Err(Failure::usage_with_help(error, "let the name end with `.csv`, `.npz` or `.trc`"))
+            let error =
+                format!("{path}: csv, npz, trc and parquet can be written, and the extension tells none of them");
+            Err(Failure::usage_with_help(error, "let the name end with `.csv`, `.npz`, `.trc` or `.parquet`"))
         }
     }
 }

@@ -57,6 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         let folder = path.parent().unwrap_or(Path::new(""));
         let configuration = configuration(&inspection, &seen_from(&arguments.file, folder), &options);
+        output::make_folder_of(path)?;
         output::write_files(&[(path, configuration.as_bytes())])?;
     }
     output::print(&match arguments.format {
@@ -121,7 +122,7 @@ fn table(inspection: &Inspection) -> String {
         let _ = write!(text, "\nBodies, {from}:\n\n{}", trimmed(&table));
     }
     for (names, what) in
-        [(&inspection.ambiguous, "Fixed to more than one body, and in none"), (&inspection.alone, "In no body")]
+        [(&inspection.ambiguous, "In no body, as fixed to more than one"), (&inspection.alone, "In no body")]
     {
         if !names.is_empty() {
             let _ = write!(text, "\n{what}: {}\n", printable(&names.join(", ")));
@@ -173,7 +174,8 @@ fn configuration(inspection: &Inspection, path: &Path, options: &ReadOptions) ->
         let _ = writeln!(text, "# unit = \"{}\"    # of the file, which does not state it", inspection.unit);
     }
     let bodies: Vec<&Group> = inspection.bodies.iter().filter(|body| !body.markers.is_empty()).collect();
-    let has_bodies = matches!(inspection.format, Format::Csv | Format::Poses | Format::Npz | Format::Euroc);
+    let has_bodies =
+        matches!(inspection.format, Format::Csv | Format::Poses | Format::Npz | Format::Euroc | Format::Parquet);
     if has_bodies && inspection.bodies_from == "file" {
         return text + "# world = \"world\"    # judges every body against the world, too\n";
     }

@@ -1,6 +1,7 @@
 //! `run`: from a recording to joints.
 
 use std::{
+    borrow::Cow,
     collections::BTreeSet,
     fmt::Display,
     fs,
@@ -97,7 +98,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let detector = Detector::new(configuration);
     detector.check_base(&recording).map_err(|error| refused(&error, &file))?;
     let mut detection = pool
-        .install(|| detect(&detector, recording.clone(), pairs, arguments.quiet))
+        .install(|| detect(&detector, &recording, pairs, arguments.quiet))
         .map_err(|error| refused(&error, &file))?;
     for &index in &explained {
         detection.pairs[index].explanation = Some(detector.explain(&detection.pairs[index]));
@@ -347,7 +348,7 @@ fn refused(error: &DetectionError, file: &ConfigurationFile<'_>) -> Failure {
 
 fn detect(
     detector: &Detector,
-    recording: Recording,
+    recording: &Recording,
     pairs: Option<&[[String; 2]]>,
     quiet: bool,
 ) -> Result<Detection, DetectionError> {
@@ -370,7 +371,7 @@ fn detect(
             bar.set_position(done as u64);
         }
     };
-    let detection = detector.detect_watched(recording, pairs, &watch);
+    let detection = detector.detect_watched(Cow::Borrowed(recording), pairs, &watch);
     bar.finish_and_clear();
     detection
 }

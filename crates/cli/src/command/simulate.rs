@@ -135,9 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut truth = serde_json::to_string_pretty(&simulation.truth).map_err(Failure::data)?;
     truth.push('\n');
     let folder = arguments.out.parent().unwrap_or(Path::new(""));
-    if !folder.as_os_str().is_empty() {
-        output::make_folder(folder)?;
-    }
+    output::make_folder_of(&arguments.out)?;
     let beside = folder.join("truth.json");
     let of_another = fs::read(&beside).is_ok_and(|other| other != truth.as_bytes());
     if of_another && !arguments.out.exists() {

@@ -69,12 +69,15 @@ fn a_started_configuration_runs_and_is_not_overwritten() {
     assert!(told.contains("r.csv: vicon, unit mm (stated)") && told.contains("suggested"), "{told}");
     assert!(place.done(&["run", "--config", "new.toml"]).contains("revolute"));
     place.refused(&["inspect", "r.csv", "--write", "new.toml"], DATA, &["new.toml: there already"]);
+    place.done(&["inspect", "r.csv", "--write", "deep/below/new.toml"]);
+    assert!(place.done(&["run", "--config", "deep/below/new.toml"]).contains("revolute"));
+    place.refused(&["inspect", "r.csv", "--write", "r.csv/new.toml"], DATA, &["a file is where a folder is needed"]);
 }
 
 #[test]
 fn what_cannot_be_converted_is_refused_and_nothing_is_written() {
     let place = place("");
-    place.refused(&["convert", "r.csv", "out.pdf"], USAGE, &["csv, npz and trc can be written"]);
+    place.refused(&["convert", "r.csv", "out.pdf"], USAGE, &["csv, npz, trc and parquet can be written"]);
     place.refused(&["convert", "none.csv", "out.csv"], DATA, &["none.csv: cannot be read"]);
     place.refused(&["convert", "r.csv", "out.csv", "--only", "poses"], DATA, &["the file has none of these"]);
     fs::write(place.path("p.log"), "0 0 0 0 0 0 1\n1 0 0 0 0 0 1\n").expect("written");
@@ -82,6 +85,30 @@ fn what_cannot_be_converted_is_refused_and_nothing_is_written() {
     assert!(!place.path("out.csv").exists() && !place.path("out.trc").exists() && !place.path("out.pdf").exists());
     place.done(&["convert", "p.log", "p.csv"]);
     assert_eq!(fs::read_to_string(place.path("p.csv")).expect("written").lines().nth(1), Some("0,p,0,0,0,0,0,0,1"));
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn recordings_in_columns_are_written_read_and_inspected() {
+    let place = place("");
+    for (from, to) in [("r.csv", "a.parquet"), ("a.parquet", "b.csv"), ("r.csv", "c.csv")] {
+        place.done(&["convert", "--quiet", from, to]);
+    }
+    let [through_columns, direct] = ["b.csv", "c.csv"].map(|name| fs::read(place.path(name)).expect("written"));
+    assert_eq!(through_columns, direct);
+    let told = place.done(&["inspect", "a.parquet"]);
+    assert!(told.starts_with("a.parquet: parquet, unit m (not stated)\n40 frames (1 to 40)"), "{told}");
+    assert!(told.ends_with("judges every body against the world, too\n"), "{told}");
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn recordings_in_columns_need_a_feature() {
+    let place = place("");
+    let needed = ["built without the feature `parquet`", "`--features parquet`"];
+    place.refused(&["convert", "r.csv", "out.parquet"], USAGE, &needed);
+    fs::write(place.path("a.parquet"), "PAR1").expect("written");
+    place.refused(&["inspect", "a.parquet"], DATA, &needed);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-use jointscope_motion::Observation;
+use jointscope_motion::{Body, Observation, Tracks};
 use proptest::prelude::*;
 
 use super::*;

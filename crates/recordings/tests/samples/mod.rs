@@ -146,6 +146,20 @@ pub(crate) fn csv_of_poses() -> Vec<u8> {
     bytes
 }
 
+/// Tables in columns: our own, and the same table from pandas (categories, small integers, nulls, Snappy), polars
+/// (categories, Zstandard) and Arrow (floats of 16 bits, groups of five rows, pages of the second version).
+#[cfg(feature = "parquet")]
+pub(crate) fn in_columns() -> [(&'static str, Vec<u8>); 4] {
+    let mut own = Vec::new();
+    jointscope_recordings::write_parquet(&points(), &mut own).expect("written");
+    [
+        ("own.parquet", own),
+        ("pandas.parquet", include_bytes!("pandas.parquet").into()),
+        ("polars.parquet", include_bytes!("polars.parquet").into()),
+        ("arrow.parquet", include_bytes!("arrow.parquet").into()),
+    ]
+}
+
 pub(crate) fn npz() -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
     write_npz(&points(), &mut file).expect("written");

@@ -9,6 +9,10 @@ use super::{
     style::{AXIS, FAINT, INK, RULE, escaped, pixel, shortened},
 };
 
+/// Where the columns of numbers end; their headings need this much between them.
+const EVIDENCE: f64 = RESIDUAL - 66.0;
+const RESIDUAL: f64 = WIDTH - 6.0;
+
 /// Every joint with its confidence, and what its model found.
 pub(super) fn models(pair: &PairDetection) -> String {
     let rows = &pair.verdict.confidences;
@@ -16,8 +20,8 @@ pub(super) fn models(pair: &PairDetection) -> String {
         "<text class=\"ink\" x=\"14\" y=\"20\" font-size=\"13\" font-weight=\"600\" fill=\"{INK}\">Joints compared</text>\
          <g class=\"faint\" font-size=\"10.500\" fill=\"{FAINT}\" text-anchor=\"end\">\
          <text x=\"{0}\" y=\"20\">rms [mm]</text><text x=\"{1}\" y=\"20\">log evidence</text></g>",
-        pixel(WIDTH - 6.0),
-        pixel(WIDTH - 60.0)
+        pixel(RESIDUAL),
+        pixel(EVIDENCE)
     );
     let step = ((HEIGHT - 44.0) / rows.len().max(1) as f64).min(26.0);
     let found = |name: &str| pair.models.get(name).and_then(|finding: &ModelFinding| finding.as_ref().ok());
@@ -45,8 +49,8 @@ pub(super) fn models(pair: &PairDetection) -> String {
             pixel(y - 4.5),
             pixel((70.0 * confidence).max(0.0)),
             confidence,
-            pixel(WIDTH - 60.0),
-            pixel(WIDTH - 6.0)
+            pixel(EVIDENCE),
+            pixel(RESIDUAL)
         );
     }
     svg
