@@ -78,7 +78,7 @@ impl Circle {
 }
 
 /// Centre and radius from points whose centroid is the origin and whose mean square distance from it is 1.
-fn taubin(points: impl Iterator<Item = (f64, f64)> + Clone, count: f64) -> Option<(f64, f64, f64)> {
+pub(super) fn taubin(points: impl Iterator<Item = (f64, f64)> + Clone, count: f64) -> Option<(f64, f64, f64)> {
     let mean_z = points.clone().map(|(x, y)| x * x + y * y).sum::<f64>() / count;
     let row = |(x, y): (f64, f64)| Vector3::new((x * x + y * y - mean_z) / (2.0 * mean_z.sqrt()), x, y);
     let eigen = SymmetricEigen::new(points.map(row).map(|r| r * r.transpose()).sum::<Matrix3<f64>>() / count);

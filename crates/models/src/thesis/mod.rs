@@ -7,23 +7,31 @@
 //! that begin late are aligned at the first frame they share with the reference trajectory, and lengths are compared
 //! over common frames. With all features visible these are the thesis's own definitions.
 
+mod centre_line;
 mod circle;
+mod ellipse;
+mod elliptical;
+mod occupied;
 mod positions;
 mod prismatic;
 mod q_function;
 mod revolute;
 mod rigid;
 
+pub use centre_line::AxisRadius;
 pub use circle::{Circle, CircleMethod};
+pub use ellipse::Ellipses;
+pub use elliptical::Elliptical;
 pub use prismatic::{EmptySections, Longest, Overshoot, ThesisPrismatic};
 pub use q_function::q_function;
-pub use revolute::{AxisRadius, CombineTrajectories, LoneTrajectory, ThesisRevolute};
+pub use revolute::{CombineTrajectories, LoneTrajectory, ThesisRevolute};
 pub use rigid::{Distance, OverFeatures, ThesisRigid};
 
 use jointscope_motion::{RelativeMotion, Trajectory};
 use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 
 use crate::FitError;
+use occupied::occupied;
 
 /// The trajectories of at least `needed` samples.
 fn trajectories<'m>(motion: &'m RelativeMotion<'_>, needed: usize) -> Result<Vec<Trajectory<'m>>, FitError> {
@@ -32,6 +40,17 @@ fn trajectories<'m>(motion: &'m RelativeMotion<'_>, needed: usize) -> Result<Vec
         return Err(FitError::TooFewFrames { needed, found });
     }
     Ok(motion.trajectories().iter().filter(|t| t.points.len() >= needed).collect())
+}
+
+/// Whether a trajectory stays in one place, up to the rounding of its coordinates.
+fn is_still(track: &Trajectory<'_>) -> bool {
+    /// Rounding as a share of the coordinates' magnitude, after a change of coordinates.
+    const ROUNDING: f64 = 1e-13;
+    let start = track.points[0].coords;
+    let (moved, magnitude) = track.points.iter().fold((0.0_f64, 0.0_f64), |(moved, magnitude), p| {
+        (moved.max((p.coords - start).amax()), magnitude.max(p.coords.amax()))
+    });
+    moved <= ROUNDING * magnitude
 }
 
 /// Eigenvalues and unit eigenvectors of a symmetric matrix, the largest first.

@@ -16,7 +16,16 @@ pub(super) fn slides(motion: &RelativeMotion<'_>, direction: Unit<Vector3<f64>>)
 /// Features weigh by their squared distance from the axis, as least squares demands.
 pub(super) fn angles(motion: &RelativeMotion<'_>, point: Point3<f64>, axis: Unit<Vector3<f64>>) -> Vec<Option<f64>> {
     let x = Unit::new_normalize(axis.cross(&Vector3::ith(axis.iamin(), 1.0)));
-    let y = axis.cross(&x);
+    turns(motion, point, x.into_inner(), axis.cross(&x))
+}
+
+/// The same, with the coordinates in which features turn given by their gradients `x` and `y`.
+pub(super) fn turns(
+    motion: &RelativeMotion<'_>,
+    point: Point3<f64>,
+    x: Vector3<f64>,
+    y: Vector3<f64>,
+) -> Vec<Option<f64>> {
     let place = |p: &Point3<f64>| Complex::new(x.dot(&(p - point)), y.dot(&(p - point)));
     let nearest_turn = |pairs: &[(Complex<f64>, Complex<f64>)], previous: f64| {
         let angle = pairs.iter().map(|(start, now)| start.conj() * now).sum::<Complex<f64>>().arg();

@@ -5,7 +5,10 @@ use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Circle, CircleMethod, positions, principal_axes, q_function, trajectories};
+use super::centre_line::{CentreLine, Centres};
+use super::{
+    AxisRadius, Circle, CircleMethod, is_still, occupied, positions, principal_axes, q_function, trajectories,
+};
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
 /// Revolute joint: every feature moves on a circle, far enough to show it, and the centres lie on one axis.
@@ -67,16 +70,6 @@ pub enum CombineTrajectories {
     Product,
 }
 
-/// What the radius of the tube around the axis is measured in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum AxisRadius {
-    /// Extent of the centres along the axis, as in the prismatic case.
-    Line,
-    /// Mean radius of the circles.
-    Circle,
-}
-
 /// What circles with one centre say about an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -126,11 +119,11 @@ impl JointModel for ThesisRevolute {
         let occupied_angle = 1.0 - q_function(angle, self.angle_mean, self.angle_steepness);
         let found: Vec<&Circle> = circles.iter().flatten().collect();
         let axis = self.axis(&found);
-        let axis_fit = axis.as_ref().map_or(0.0, |axis| axis.centres_inside as f64 / count);
+        let axis_fit = axis.as_ref().map_or(0.0, |axis| axis.inside as f64 / count);
 
         let mut joint = Joint::default();
         let mut residual = None;
-        if let Some(LineFit { point, direction, .. }) = axis {
+        if let Some(CentreLine { point, direction, .. }) = axis {
             let angles = positions::angles(motion, point, direction);
             let backwards = positions::points_backwards(&angles);
             let positions = Positions::of_one_freedom(angles);
@@ -154,13 +147,6 @@ impl JointModel for ThesisRevolute {
     }
 }
 
-/// The line through the centres of circles.
-struct LineFit {
-    point: Point3<f64>,
-    direction: Unit<Vector3<f64>>,
-    centres_inside: usize,
-}
-
 impl ThesisRevolute {
     /// Equation (41): share of points on the circle. A straight line lies on its infinite circle; a point on none.
     fn share_on_circle(&self, track: &Trajectory<'_>, circle: Option<&Circle>) -> f64 {
@@ -172,68 +158,27 @@ impl ThesisRevolute {
         track.points.iter().filter(on_circle).count() as f64 / track.points.len() as f64
     }
 
-    fn axis(&self, circles: &[&Circle]) -> Option<LineFit> {
-        /// Distance of centres, as a share of the radius, that rounding explains.
-        const ROUNDING: f64 = 1e-9;
-        let count = circles.len() as f64;
-        if circles.is_empty() {
-            return None;
-        }
-        let point = Point3::from(circles.iter().map(|c| c.centre.coords).sum::<Vector3<f64>>() / count);
-        let mean_radius = circles.iter().map(|c| c.radius).sum::<f64>() / count;
-        let from_mean = || circles.iter().map(|c| c.centre - point);
-        let [along, across, _] = principal_axes(from_mean().map(|d| d * d.transpose()).sum());
-        let one_centre = from_mean().all(|d| d.norm() <= ROUNDING * mean_radius);
+    fn axis(&self, circles: &[&Circle]) -> Option<CentreLine> {
+        let places: Vec<Point3<f64>> = circles.iter().map(|c| c.centre).collect();
+        let mean_radius = circles.iter().map(|c| c.radius).sum::<f64>() / circles.len() as f64;
+        let centres = Centres::new(&places, mean_radius)?;
+        let one_centre = centres.are_one();
         if one_centre && self.lone_trajectory == LoneTrajectory::Refuse {
             return None;
         }
-        let no_line = one_centre || (self.turntable && across.0 > self.turntable_spread.powi(2) * along.0);
-        let direction = if no_line {
-            principal_axes(circles.iter().map(|c| c.normal.into_inner() * c.normal.transpose()).sum())[0].1
-        } else {
-            along.1
-        };
-        let (least, most) =
-            from_mean().map(|d| direction.dot(&d)).fold((0.0_f64, 0.0_f64), |(a, b), s| (a.min(s), b.max(s)));
-        let measure = if no_line || self.axis_radius == AxisRadius::Circle { mean_radius } else { most - least };
-        let centres_inside = from_mean().filter(|d| direction.cross(d).norm() < self.axis_tolerance * measure).count();
-        Some(LineFit { point, direction, centres_inside })
+        let (direction, spread) = centres.extent();
+        if one_centre || (self.turntable && spread > self.turntable_spread) {
+            let normals = circles.iter().map(|c| c.normal.into_inner() * c.normal.transpose()).sum();
+            return Some(centres.along(principal_axes(normals)[0].1, self.axis_tolerance, AxisRadius::Circle));
+        }
+        Some(centres.along(direction, self.axis_tolerance, self.axis_radius))
     }
 }
 
-/// Whether a trajectory stays in one place, up to the rounding of its coordinates.
-fn is_still(track: &Trajectory<'_>) -> bool {
-    /// Rounding as a share of the coordinates' magnitude, after a change of coordinates.
-    const ROUNDING: f64 = 1e-13;
-    let start = track.points[0].coords;
-    let (moved, magnitude) = track.points.iter().fold((0.0_f64, 0.0_f64), |(moved, magnitude), p| {
-        (moved.max((p.coords - start).amax()), magnitude.max(p.coords.amax()))
-    });
-    moved <= ROUNDING * magnitude
-}
-
-/// Whole degrees that a trajectory occupies on its circle: 360 less the longest run of degrees without a point.
+/// Whole degrees that a trajectory occupies on its circle.
 fn degrees_occupied(track: &Trajectory<'_>, circle: Option<&Circle>) -> u16 {
     let Some(circle) = circle else { return u16::from(!is_still(track)) };
-    let mut occupied = [false; 360];
-    for point in track.points {
-        let (x, y) = circle.on_unit_circle(point);
-        // Rounding may turn a tiny negative angle into 360 exactly.
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let degree = (y.atan2(x).to_degrees().rem_euclid(360.0) as usize).min(359);
-        occupied[degree] = true;
-    }
-    360 - longest_gap(&occupied)
-}
-
-/// The longest run of empty degrees around the circle.
-fn longest_gap(occupied: &[bool; 360]) -> u16 {
-    let (mut longest, mut run) = (0, 0);
-    for &hit in occupied.iter().chain(occupied) {
-        run = if hit { 0 } else { run + 1 };
-        longest = longest.max(run);
-    }
-    longest.min(360)
+    occupied(track.points.iter().map(|point| circle.on_unit_circle(point)))
 }
 
 /// Root mean square distance of the samples from their features' circles about a common axis, metres.
@@ -258,19 +203,6 @@ fn off_circles(tracks: &[Trajectory<'_>], point: Point3<f64>, direction: Unit<Ve
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_occupied_angle_is_what_the_longest_gap_leaves() {
-        let mut occupied = [false; 360];
-        assert_eq!(longest_gap(&occupied), 360);
-        for degree in 350..380 {
-            occupied[degree % 360] = true;
-        }
-        assert_eq!(360 - longest_gap(&occupied), 30);
-        occupied[200] = true;
-        // Now the largest gap is 20..200, so 180 degrees are occupied.
-        assert_eq!(360 - longest_gap(&occupied), 180);
-    }
-
     fn circles(centres: &[[f64; 3]]) -> Vec<Circle> {
         let circle = |c: &[f64; 3]| Circle {
             centre: (*c).into(),
@@ -286,7 +218,7 @@ mod tests {
         // Extent 1 m along z: the tube's radius is 0.1 m. One centre of five is 0.15 m off.
         let circles = circles(&[[0., 0., -0.5], [0., 0., -0.25], [0.15, 0., 0.], [0., 0., 0.25], [0., 0., 0.5]]);
         let axis = ThesisRevolute::default().axis(&circles.iter().collect::<Vec<_>>()).expect("an axis");
-        assert_eq!(axis.centres_inside, 4);
+        assert_eq!(axis.inside, 4);
         assert!(axis.direction.cross(&Vector3::z()).norm() < 0.1);
     }
 
@@ -305,7 +237,7 @@ mod tests {
     fn one_circle_has_its_normal_for_an_axis_unless_refused() {
         let circles = circles(&[[1., 2., 3.]]);
         let one: Vec<_> = circles.iter().collect();
-        assert_eq!(ThesisRevolute::default().axis(&one).expect("its normal").centres_inside, 1);
+        assert_eq!(ThesisRevolute::default().axis(&one).expect("its normal").inside, 1);
         let refuse = ThesisRevolute { lone_trajectory: LoneTrajectory::Refuse, ..Default::default() };
         assert!(refuse.axis(&one).is_none());
     }
