@@ -95,6 +95,10 @@ impl JointModel for Elliptical {
         }
     }
 
+    fn counts_observations(&self) -> bool {
+        true
+    }
+
     fn parts(&self) -> &'static [&'static str] {
         &[
             "ellipse_fit",
