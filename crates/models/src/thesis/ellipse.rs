@@ -73,7 +73,7 @@ impl Ellipses {
             .0;
         let circles = arcs.fit(&Vector2::zeros())?;
         let ellipses = arcs.polished(begin)?;
-        let significance = arcs.significance(&circles, &ellipses);
+        let significance = significance(&circles, &ellipses);
         Some(arcs.in_space(ellipses, significance))
     }
 
@@ -219,25 +219,6 @@ impl Arcs {
         Some(best)
     }
 
-    fn significance(&self, circles: &Fitted, ellipses: &Fitted) -> f64 {
-        let (before, after) = (circles.cost(), ellipses.cost());
-        let gained = before - after;
-        /// Mean square of distances, in the squared spread, that rounding explains.
-        const ROUNDING: f64 = 1e-24;
-        let count = ellipses.distances().count() as f64;
-        if gained <= ROUNDING * count {
-            return 0.0;
-        }
-        let freedom = (count - 3.0 * ellipses.each.len() as f64 - 2.0).max(1.0);
-        let (mut square, mut product) = (0.0, 0.0);
-        for (_, _, distances) in &ellipses.each {
-            square += distances.iter().map(|d| d * d).sum::<f64>();
-            product += distances.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
-        }
-        let drift = if square > 0.0 { (product / square).clamp(0.0, CORRELATED) } else { 0.0 };
-        (gained / (after / freedom) * (1.0 - drift) / (1.0 + drift)).sqrt()
-    }
-
     fn in_space(&self, fitted: Fitted, significance: f64) -> Ellipses {
         let shape = fitted.shape;
         let count = fitted.distances().count() as f64;
@@ -275,6 +256,26 @@ fn circle(points: impl Iterator<Item = Vector2<f64>> + Clone) -> Option<(Vector2
     }
     let (x, y, radius) = taubin(points.map(|p| (p.x / unit, p.y / unit)), count)?;
     Some((Vector2::new(x, y) * unit, radius * unit))
+}
+
+/// By how many standard deviations ellipses explain the distances better than circles; drifting errors count for less.
+fn significance(circles: &Fitted, ellipses: &Fitted) -> f64 {
+    /// Mean square of distances, in the squared spread, that rounding explains.
+    const ROUNDING: f64 = 1e-24;
+    let (before, after) = (circles.cost(), ellipses.cost());
+    let gained = before - after;
+    let count = ellipses.distances().count() as f64;
+    if gained <= ROUNDING * count {
+        return 0.0;
+    }
+    let freedom = (count - 3.0 * ellipses.each.len() as f64 - 2.0).max(1.0);
+    let (mut square, mut product) = (0.0, 0.0);
+    for (_, _, distances) in &ellipses.each {
+        square += distances.iter().map(|d| d * d).sum::<f64>();
+        product += distances.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
+    }
+    let drift = if square > 0.0 { (product / square).clamp(0.0, CORRELATED) } else { 0.0 };
+    (gained / (after / freedom) * (1.0 - drift) / (1.0 + drift)).sqrt()
 }
 
 #[cfg(test)]
