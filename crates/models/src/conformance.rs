@@ -16,8 +16,8 @@
 //! * what an answer says about itself: [`Evidence`] if the model [states](JointModel::states_evidence) it, and only
 //!   then, in numbers that a rule can compare; an uncertainty of the axis that is finite;
 //! * invariance: the confidence depends neither on the choice of the recording's coordinates, nor on the order of
-//!   features, nor, unless the model counts observations (it states evidence), on whether every feature is there twice;
-//!   an axis turns with the coordinates;
+//!   features, nor, unless the model [counts observations](JointModel::counts_observations), on whether every feature is
+//!   there twice; an axis turns with the coordinates;
 //! * bad input: few frames, features or motion, or huge coordinates, give an answer or an error, never a panic.
 //!
 //! *Axes that the motion does not determine.* A hinge is fitted to a slide as well, and an iterative fit ends anywhere in
@@ -286,7 +286,7 @@ impl Suite {
     }
 
     fn ignores_repetition(&self, input: &Input, fit: &Result<JointFit, FitError>) {
-        if fit.as_ref().is_ok_and(|fit| fit.evidence.is_some()) {
+        if fit.is_ok() && self.model.counts_observations() {
             return;
         }
         // A body of one feature stays as it is: a model may treat that apart, and two that coincide are not one.

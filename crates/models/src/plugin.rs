@@ -27,6 +27,12 @@ pub trait JointModel: Debug + Send + Sync {
         false
     }
 
+    /// Whether its confidence grows with the number of observations, so that features that are there twice matter: by
+    /// default that of models that state evidence.
+    fn counts_observations(&self) -> bool {
+        self.states_evidence()
+    }
+
     /// Names of the parts that its fits may have, which rules can refer to; by default those that
     /// [`judge`](crate::lower_pair::judge) gives, for models that state evidence.
     fn parts(&self) -> &'static [&'static str] {

@@ -71,8 +71,8 @@ impl Default for Elliptical {
             axis_radius: AxisRadius::Circle,
             ratio_mean: 0.95,
             ratio_steepness: 60.0,
-            significance_mean: 5.0,
-            significance_steepness: 1.0,
+            significance_mean: 4.0,
+            significance_steepness: 1.5,
         }
     }
 }
@@ -93,6 +93,10 @@ impl JointModel for Elliptical {
                 .with_part("axis_fit", 0.0)
                 .with_part("eccentricity", 0.0)),
         }
+    }
+
+    fn counts_observations(&self) -> bool {
+        true
     }
 
     fn parts(&self) -> &'static [&'static str] {
