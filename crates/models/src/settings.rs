@@ -193,9 +193,20 @@ fn check(value: &Value<'_>, schema: &Json, root: &Json, key: &str) -> Result<(),
                 Err(error) => errors.push((fits_type(value.as_ref(), resolve(branch, root)), error)),
             }
         }
-        // The branch of the value's own type knows best what is wrong with it.
-        errors.sort_by_key(|(fits, _)| !fits);
-        return errors.into_iter().next().map_or(Ok(()), |(_, error)| Err(error));
+        // The branch of the value's own type knows best what is wrong with it, and one that knows what was meant better.
+        let meant = |error: &SettingsError| {
+            let help = error.help.as_deref().filter(|help| help.starts_with("did you mean"));
+            help.and_then(|help| Some(help.split_once('?')?.0.to_owned()))
+        };
+        errors.sort_by_key(|(fits, error)| (!fits, meant(error).is_none()));
+        let several = errors.len() > 1;
+        return errors.into_iter().next().map_or(Ok(()), |(_, mut error)| {
+            if several {
+                let near = meant(&error).map_or(String::new(), |meant| format!("{meant}? "));
+                error.help = Some(format!("{near}allowed: {}", allowed(schema, root)));
+            }
+            Err(error)
+        });
     }
     if !fits_type(value.as_ref(), schema) {
         let expected = types(schema).into_iter().map(type_words).collect::<Vec<_>>().join(" or ");

@@ -93,7 +93,10 @@ fn unknown(name: &str, index: usize) -> String {
     }
     let alike = |known: &&str| strsim::jaro_winkler(name, known);
     let nearest = KNOWN.iter().max_by(|a, b| alike(a).total_cmp(&alike(b))).filter(|known| alike(known) >= ALIKE);
-    let advice = nearest.map_or_else(|| "remove it".to_owned(), |known| format!("did you mean `{known}`?"));
+    let advice = nearest.map_or_else(
+        || "give it the name of what it holds, or remove it; docs/formats.md has the columns".to_owned(),
+        |known| format!("did you mean `{known}`?"),
+    );
     format!("column {} is unknown; known columns are {}; {advice}", quoted(name), KNOWN.join(", "))
 }
 
@@ -124,7 +127,7 @@ mod tests {
         let refused = of(&["frame", "tme", "body", "feature", "x", "y", "z"]).expect_err("a typing error");
         assert!(refused.starts_with("column `tme` is unknown; known columns are frame, time, body"), "{refused}");
         assert!(refused.ends_with("did you mean `time`?"), "{refused}");
-        assert!(of(&["frame", "colour"]).expect_err("no such column").ends_with("remove it"));
+        assert!(of(&["frame", "colour"]).expect_err("no such column").contains("or remove it"));
         assert!(of(&["frame", ""]).expect_err("no name").starts_with("column 2 has no name"));
     }
 

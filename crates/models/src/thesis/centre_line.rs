@@ -38,7 +38,7 @@ impl<'c> Centres<'c> {
         (!places.is_empty()).then(|| Self { places, mean: Point3::from(sum / places.len() as f64), radius })
     }
 
-    fn departures(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+    fn offsets(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.places.iter().map(|place| place - self.mean)
     }
 
@@ -46,26 +46,26 @@ impl<'c> Centres<'c> {
     pub(super) fn are_one(&self) -> bool {
         /// Distance of centres, as a share of the radius, that rounding explains.
         const ROUNDING: f64 = 1e-9;
-        self.departures().all(|d| d.norm() <= ROUNDING * self.radius)
+        self.offsets().all(|d| d.norm() <= ROUNDING * self.radius)
     }
 
     /// The direction in which they extend most, and their spread across it as a share of that along it.
     pub(super) fn extent(&self) -> (Unit<Vector3<f64>>, f64) {
-        let [along, across, _] = principal_axes(self.departures().map(|d| d * d.transpose()).sum());
+        let [along, across, _] = principal_axes(self.offsets().map(|d| d * d.transpose()).sum());
         (along.1, (across.0.max(0.0) / along.0).sqrt())
     }
 
     /// The line of a direction through their mean, with a tube whose radius is a share `tolerance` of `measure`: thesis
     /// equation (43).
     pub(super) fn along(&self, direction: Unit<Vector3<f64>>, tolerance: f64, measure: AxisRadius) -> CentreLine {
-        let places = self.departures().map(|d| direction.dot(&d));
+        let places = self.offsets().map(|d| direction.dot(&d));
         let (least, most) = places.fold((0.0_f64, 0.0_f64), |(a, b), s| (a.min(s), b.max(s)));
         let tube = tolerance
             * match measure {
                 AxisRadius::Line => most - least,
                 AxisRadius::Circle => self.radius,
             };
-        let inside = self.departures().filter(|d| direction.cross(d).norm() < tube).count();
+        let inside = self.offsets().filter(|d| direction.cross(d).norm() < tube).count();
         CentreLine { point: self.mean, direction, inside }
     }
 }

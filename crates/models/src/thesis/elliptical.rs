@@ -71,8 +71,8 @@ impl Default for Elliptical {
             axis_radius: AxisRadius::Circle,
             ratio_mean: 0.95,
             ratio_steepness: 60.0,
-            significance_mean: 5.0,
-            significance_steepness: 1.0,
+            significance_mean: 4.0,
+            significance_steepness: 1.5,
         }
     }
 }

@@ -7,6 +7,7 @@
 //! that begin late are aligned at the first frame they share with the reference trajectory, and lengths are compared
 //! over common frames. With all features visible these are the thesis's own definitions.
 
+mod arcs;
 mod centre_line;
 mod circle;
 mod ellipse;
