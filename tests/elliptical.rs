@@ -208,3 +208,20 @@ fn the_door_of_the_fridge_is_elliptical_before_or_after_hinges() {
         assert!((parts["ratio"] - 0.6).abs() < 0.05, "the camera compresses depth to 0.6: {parts:?}");
     }
 }
+
+#[test]
+#[ignore = "prints the table of docs/method.md"]
+fn what_noise_allows() {
+    for (noise, sweep_deg, frames) in [
+        (0.01, 90.0, 50),
+        (0.02, 90.0, 50),
+        (0.02, 90.0, 100),
+        (0.02, 120.0, 50),
+        (0.02, 120.0, 100),
+        (0.02, 150.0, 50),
+    ] {
+        for ratio in [0.4, 0.6, 0.8, 0.9, 1.0] {
+            judge(&Door { ratio, noise, sweep_deg, frames, seen_by_one_camera: true });
+        }
+    }
+}

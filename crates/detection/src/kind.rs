@@ -1,6 +1,7 @@
 //! What kind of joint a verdict is, whatever its model is called.
 
 use jointscope_models::{JointFit, Positions};
+use jointscope_motion::nalgebra::{Unit, Vector3};
 
 use crate::PairDetection;
 
@@ -16,6 +17,13 @@ pub enum JointKind {
     Prismatic,
     /// A turn about the axis.
     Revolute,
+    /// A way about the axis on ellipses that are alike; positions are eccentric angles.
+    Elliptical {
+        /// Short over long axis.
+        ratio: f64,
+        /// Direction of the long axes, in the coordinates of the body from which the motion was seen.
+        long_axis: Unit<Vector3<f64>>,
+    },
     /// A turn about the axis with a slide along it in proportion.
     Screw {
         /// Metres along per radian about the axis.
@@ -38,7 +46,7 @@ impl JointKind {
     pub fn freedoms(self) -> usize {
         match self {
             Self::Rigid => 0,
-            Self::Prismatic | Self::Revolute | Self::Screw { .. } => 1,
+            Self::Prismatic | Self::Revolute | Self::Elliptical { .. } | Self::Screw { .. } => 1,
             Self::Cylindrical | Self::Universal => 2,
             Self::Planar | Self::Spherical => 3,
             Self::Disconnected => 6,
@@ -64,12 +72,19 @@ impl PairDetection {
             (None, _, 2) => JointKind::Universal,
             (None, ..) => JointKind::Spherical,
             (Some(_), Some(pitch), _) if pitch != 0.0 => JointKind::Screw { pitch },
-            (Some(_), Some(_), _) => JointKind::Revolute,
+            (Some(_), Some(_), _) => fit.and_then(on_ellipses).unwrap_or(JointKind::Revolute),
             (Some(_), None, 1) => JointKind::Prismatic,
             (Some(_), None, 2) => JointKind::Cylindrical,
             (Some(_), None, _) => JointKind::Planar,
         }
     }
+}
+
+/// The ellipses of a fit whose parts tell them; they say how features move, and not how the body turns.
+fn on_ellipses(fit: &JointFit) -> Option<JointKind> {
+    let part = |name| fit.parts.get(name).copied();
+    let long_axis = Vector3::new(part("long_axis_x")?, part("long_axis_y")?, part("long_axis_z")?);
+    Some(JointKind::Elliptical { ratio: part("ratio")?, long_axis: Unit::try_new(long_axis, 0.5)? })
 }
 
 /// Whether a fit without axis is one of bodies that hold together, rather than of bodies that move freely.

@@ -306,7 +306,7 @@ fn twists(kind: JointKind, axis: &Axis, about: &Point3<f64>) -> Vec<[f64; 6]> {
     match kind {
         JointKind::Rigid | JointKind::Disconnected => vec![],
         JointKind::Prismatic => vec![slide(z)],
-        JointKind::Revolute => vec![turn(z, 0.0)],
+        JointKind::Revolute | JointKind::Elliptical { .. } => vec![turn(z, 0.0)],
         JointKind::Screw { pitch } => vec![turn(z, pitch)],
         JointKind::Cylindrical => vec![turn(z, 0.0), slide(z)],
         JointKind::Planar => vec![turn(z, 0.0), slide(x), slide(y)],

@@ -48,7 +48,11 @@ impl JointMotion {
                 joint.positions = measured.iter().map(|pose| pose.map(|_| Vec::new())).collect();
                 joint.settle(&measured, lever);
             }
-            JointKind::Prismatic | JointKind::Revolute | JointKind::Screw { .. } | JointKind::Cylindrical => {
+            JointKind::Prismatic
+            | JointKind::Revolute
+            | JointKind::Elliptical { .. }
+            | JointKind::Screw { .. }
+            | JointKind::Cylindrical => {
                 joint.positions = told(kind.freedoms())?;
                 for _ in 0..ROUNDS {
                     joint.settle(&measured, lever);
@@ -83,7 +87,7 @@ impl JointMotion {
         };
         let own = match (self.kind, q) {
             (JointKind::Prismatic, &[length]) => about(0.0, Vector3::z() * length),
-            (JointKind::Revolute, &[angle]) => about(angle, Vector3::zeros()),
+            (JointKind::Revolute | JointKind::Elliptical { .. }, &[angle]) => about(angle, Vector3::zeros()),
             (JointKind::Screw { pitch }, &[angle]) => about(angle, Vector3::z() * pitch * angle),
             (JointKind::Cylindrical, &[angle, length]) => about(angle, Vector3::z() * length),
             (JointKind::Planar, &[angle, x, y]) => about(angle, Vector3::new(x, y, 0.0)),
@@ -93,6 +97,20 @@ impl JointMotion {
             _ => return Pose::identity(),
         };
         coordinates * own * coordinates.inverse()
+    }
+
+    /// Where a place was before the positions moved it; on ellipses, features do not move as one body does.
+    pub(crate) fn carried_back(&self, q: &[f64], place: &Point3<f64>) -> Point3<f64> {
+        let (JointKind::Elliptical { ratio, long_axis }, Some(normal), &[angle]) = (self.kind, self.axis.direction, q)
+        else {
+            return self.motion(q).inverse() * place;
+        };
+        let short_axis = normal.cross(&long_axis);
+        let from = place - self.axis.point;
+        let (sin, cos) = angle.sin_cos();
+        let (x, y) = (from.dot(&long_axis), from.dot(&short_axis) / ratio);
+        let change = long_axis.scale(x * cos + y * sin - x) + short_axis * ratio * (y * cos - x * sin - y);
+        place + change
     }
 
     /// Positions nearest to the measured poses.

@@ -59,7 +59,7 @@ impl PairView {
         let back = |&(frame, point): &(usize, Point3<f64>)| {
             let q = joint.positions.get(frame)?.as_ref()?;
             (q.len() == joint.kind.freedoms() || joint.kind == JointKind::Universal)
-                .then(|| (frame, joint.motion(q).inverse() * point))
+                .then(|| (frame, joint.carried_back(q, &point)))
         };
         Some(self.trajectories.iter().map(|way| way.iter().filter_map(back).collect()).collect())
     }

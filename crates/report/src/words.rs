@@ -13,6 +13,7 @@ pub(crate) fn deed(pair: &PairDetection) -> String {
         JointKind::Rigid => "is fixed".into(),
         JointKind::Prismatic => format!("slides{}", length(0)),
         JointKind::Revolute => format!("turns{}", angle(0)),
+        JointKind::Elliptical { .. } => format!("runs on ellipses{}", angle(0)),
         JointKind::Screw { pitch } => {
             format!("screws{}, {} a turn", angle(0), metres(pitch.abs() * std::f64::consts::TAU))
         }

@@ -94,7 +94,7 @@ pub(crate) fn stand_in(kind: JointKind) -> Option<Box<dyn JointModel>> {
         JointKind::Cylindrical => Box::new(lower_pair::Cylindrical::default()),
         JointKind::Planar => Box::new(lower_pair::Planar::default()),
         JointKind::Spherical | JointKind::Universal => Box::new(lower_pair::Spherical::default()),
-        JointKind::Disconnected => return None,
+        JointKind::Elliptical { .. } | JointKind::Disconnected => return None,
     })
 }
 

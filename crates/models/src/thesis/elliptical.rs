@@ -10,6 +10,11 @@ use super::ellipse::Ellipse;
 use super::{AxisRadius, Ellipses, is_still, occupied, positions, q_function, trajectories};
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
+/// Confidence from which it is said what ellipses may come from.
+const SURE: f64 = 0.5;
+const ONE_CAMERA: &str = "features run on ellipses, as those of a hinge do where a single camera compresses depth: \
+    `depth_gain` under [motion] undoes that; robot descriptions take the joint for a hinge";
+
 /// Elliptical joint: every feature moves on an ellipse, far enough to show it, about one axis; the ellipses are alike in
 /// the ratio of their axes, and in the direction of the long one.
 ///
@@ -160,7 +165,11 @@ impl Elliptical {
         };
         let long_axis = headed(ellipses.long_axis);
         let confidence = Confidence::new(ellipse_fit * occupied_angle * axis_fit * eccentricity)?;
-        Ok(JointFit::new(confidence, joint)
+        let mut fit = JointFit::new(confidence, joint);
+        if confidence.value() > SURE {
+            fit.notes.push(ONE_CAMERA.into());
+        }
+        Ok(fit
             .with_residual(ellipses.residual)
             .with_part("ellipse_fit", ellipse_fit)
             .with_part("occupied_angle", occupied_angle)

@@ -222,7 +222,7 @@ fn joint(detection: &Detection, index: usize, view: &PairView, frames: &[usize])
     let kind = match pair.kind() {
         JointKind::Rigid | JointKind::Disconnected => return None,
         JointKind::Prismatic => "prismatic",
-        JointKind::Revolute => "revolute",
+        JointKind::Revolute | JointKind::Elliptical { .. } => "revolute",
         JointKind::Screw { .. } => "screw",
         JointKind::Cylindrical => "cylindrical",
         JointKind::Planar => "planar",

@@ -172,17 +172,20 @@ impl Chart {
         }
     }
 
-    /// A ring about a point, between two radii, in units of the across axis.
-    pub(crate) fn ring(&mut self, centre: [f64; 2], [inner, outer]: [f64; 2], class: &str, colour: &str) {
+    /// A ring about a point, between two radii, in units of the across axis; `ratio` times as high as wide.
+    pub(crate) fn ring(&mut self, centre: [f64; 2], [inner, outer]: [f64; 2], ratio: f64, class: &str, colour: &str) {
         let per = (self.across.at(1.0) - self.across.at(0.0)).abs();
         let middle = f64::midpoint(inner, outer);
-        let [x, y] = centre;
+        let [x, y] = [self.across.at(centre[0]), self.up.at(centre[1])].map(pixel);
+        let shape = if ratio < 1.0 {
+            let (wide, high) = (pixel(per * middle), pixel(per * middle * ratio));
+            format!("<ellipse class=\"{class}\" cx=\"{x}\" cy=\"{y}\" rx=\"{wide}\" ry=\"{high}\"")
+        } else {
+            format!("<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{}\"", pixel(per * middle))
+        };
         let _ = write!(
             self.marks,
-            "<circle class=\"{class}\" cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-opacity=\"0.16\" stroke-width=\"{}\"/>",
-            pixel(self.across.at(x)),
-            pixel(self.up.at(y)),
-            pixel(per * middle),
+            "{shape} fill=\"none\" stroke=\"{colour}\" stroke-opacity=\"0.16\" stroke-width=\"{}\"/>",
             pixel((per * (outer - inner)).max(1.0))
         );
     }

@@ -1,4 +1,4 @@
-//! How the joint fits: features on the unit circle, in a tube, at a plane, on a sphere, in one place.
+//! How the joint fits: features on the unit circle or its ellipse, in a tube, at a plane, on a sphere, in one place.
 
 use jointscope_detection::JointKind;
 use nalgebra::{Point3, Unit, Vector3, distance};
@@ -26,7 +26,11 @@ pub(super) fn fit(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize)
     let direction = axis.and_then(|axis| axis.direction);
     let chart = match (view.kind, direction, axis) {
         (JointKind::Revolute | JointKind::Screw { .. } | JointKind::Cylindrical, Some(_), _) => {
-            on_the_circle(view, colour, most)?
+            on_the_ellipse(view, &Plane::of(view), 1.0, colour, most)?
+        }
+        (JointKind::Elliptical { ratio, long_axis }, Some(normal), Some(axis)) => {
+            let plane = Plane { origin: axis.point, across: long_axis.into_inner(), up: normal.cross(&long_axis) };
+            on_the_ellipse(view, &plane, ratio, colour, most)?
         }
         (JointKind::Prismatic, Some(_), _) => in_the_tube(view, colour, most)?,
         (JointKind::Planar, Some(normal), _) => at_the_plane(view, &normal, colour, most),
@@ -45,10 +49,9 @@ fn tolerance(view: &PairView) -> (f64, [f64; 2]) {
     (tolerance, [-ROOM * tolerance, ROOM * tolerance])
 }
 
-/// Every feature's way across the axis, in units of its own radius.
-fn on_the_circle(view: &PairView, colour: &str, most: usize) -> Option<Chart> {
-    let plane = Plane::of(view);
-    let norm = |[x, y]: [f64; 2]| x.hypot(y);
+/// Every feature's way across the axis, in units of its own radius or long semi-axis, which lies across.
+fn on_the_ellipse(view: &PairView, plane: &Plane, ratio: f64, colour: &str, most: usize) -> Option<Chart> {
+    let norm = |[x, y]: [f64; 2]| x.hypot(y / ratio);
     let radius = |way: &Trajectory| median(way.iter().map(|(_, point)| norm(plane.at(point))).collect());
     let wide = |way: &&Trajectory| !way.is_empty() && radius(way) > (WIDE * view.noise).max(1e-9);
     let ways: Vec<Trajectory> = view.trajectories.iter().filter(wide).cloned().collect();
@@ -58,8 +61,13 @@ fn on_the_circle(view: &PairView, colour: &str, most: usize) -> Option<Chart> {
     let typical = median(ways.iter().map(radius).collect());
     let share = (TOLERANCE * view.noise / typical).min(0.9);
     let bounds = [-1.3, 1.3];
-    let mut chart = Chart::new("On the unit circle", (bounds, "in radii of each feature"), (bounds, "")).square();
-    chart.ring([0.0, 0.0], [1.0 - share, 1.0 + share], "band", BAND);
+    let (title, label) = if ratio < 1.0 {
+        ("On the ellipse", "in long semi-axes of each feature")
+    } else {
+        ("On the unit circle", "in radii of each feature")
+    };
+    let mut chart = Chart::new(title, (bounds, label), (bounds, "")).square();
+    chart.ring([0.0, 0.0], [1.0 - share, 1.0 + share], ratio, "band", BAND);
     for way in PairView::thinned(&ways, most) {
         let radius = radius(&way);
         chart.dots(way.iter().map(|(_, point)| plane.at(point).map(|x| x / radius)), 1.1, colour, 0.75);
@@ -138,7 +146,7 @@ fn in_place(view: &PairView, colour: &str, most: usize) -> Chart {
     let seen = framed(ways.iter().flatten().flat_map(|(_, point)| at(point)), None);
     let both = range(seen.into_iter().chain(room), 0.02);
     let mut chart = Chart::new("In its place", (both, "[mm]"), (both, "[mm]")).square();
-    chart.ring([0.0, 0.0], [0.0, tolerance], "band", BAND);
+    chart.ring([0.0, 0.0], [0.0, tolerance], 1.0, "band", BAND);
     for way in &ways {
         chart.dots(way.iter().map(|(_, point)| at(point)), 1.1, colour, 0.6);
     }

@@ -51,7 +51,9 @@ fn path(view: &PairView, colour: &str, most: usize) -> Option<String> {
     let pivot_place = near.then_some(0.0);
     let bounds = |axis: usize| framed(places.iter().map(|p| p[axis]), pivot_place);
     let title = match view.kind {
-        JointKind::Revolute | JointKind::Screw { .. } | JointKind::Cylindrical => "Motion, along the axis",
+        JointKind::Revolute | JointKind::Elliptical { .. } | JointKind::Screw { .. } | JointKind::Cylindrical => {
+            "Motion, along the axis"
+        }
         JointKind::Prismatic => "Motion, from the side",
         JointKind::Planar => "Motion in the plane",
         _ => "Motion, widest view",

@@ -94,6 +94,11 @@ pub(crate) fn icon(kind: JointKind) -> String {
                         + &arrow(12.0, 7.8, -4.0, 0.4)),
                 )
         }
+        JointKind::Elliptical { .. } => {
+            still("<circle cx=\"16\" cy=\"16\" r=\"2.6\"/>")
+                + &moves("<path d=\"M16 16L27 13\"/>")
+                + &axis("<ellipse cx=\"16\" cy=\"16\" rx=\"13\" ry=\"7.500\"/>")
+        }
         JointKind::Screw { .. } => {
             still("<path d=\"M16 3v26\"/>")
                 + &moves("<path d=\"M9 9q7 5 14 0M9 15q7 5 14 0M9 21q7 5 14 0\"/>")

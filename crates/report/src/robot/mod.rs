@@ -215,7 +215,10 @@ impl Placed {
         let place = |axis: usize| move |pose: &Pose| pose.translation.vector[axis];
         match self.kind {
             JointKind::Rigid | JointKind::Disconnected => vec![stage("fixed", Move::Fixed, Z, Vec::new())],
-            JointKind::Revolute => vec![stage("turn", Move::Turn, Z, self.positions.clone())],
+            // No body of a robot runs on ellipses by turning: its eccentric angle is taken for a turn.
+            JointKind::Revolute | JointKind::Elliptical { .. } => {
+                vec![stage("turn", Move::Turn, Z, self.positions.clone())]
+            }
             JointKind::Prismatic => vec![stage("slide", Move::Slide, Z, self.positions.clone())],
             JointKind::Screw { pitch } => {
                 let slide = self.positions.iter().map(|q| q.map(|q| pitch * q)).collect();
