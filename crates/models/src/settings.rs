@@ -201,7 +201,7 @@ fn check(value: &Value<'_>, schema: &Json, root: &Json, key: &str) -> Result<(),
         errors.sort_by_key(|(fits, error)| (!fits, meant(error).is_none()));
         let several = errors.len() > 1;
         return errors.into_iter().next().map_or(Ok(()), |(_, mut error)| {
-            if several {
+            if several && error.message.contains("unknown value") {
                 let near = meant(&error).map_or(String::new(), |meant| format!("{meant}? "));
                 error.help = Some(format!("{near}allowed: {}", allowed(schema, root)));
             }
