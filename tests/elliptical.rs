@@ -225,3 +225,48 @@ fn what_noise_allows() {
         }
     }
 }
+
+const WITH_TRAMMEL: &str = "
+    [models]
+    rigid = {}
+    prismatic = {}
+    revolute = {}
+    screw = {}
+    cylindrical = {}
+    planar = {}
+    spherical = {}
+    elliptic-trammel = {}
+    disconnected = { kind = 'free' }";
+
+/// How many of so many simulations, of seeds from 500, come out as a trammel.
+fn trammels(scene: &str, seeds: u64) -> usize {
+    let detector = detector(WITH_TRAMMEL);
+    let is_one = |seed: &u64| {
+        let options = SceneOptions { seed: *seed, ..SceneOptions::default() };
+        let recording = simulate(scene, &options).expect("simulated").recording;
+        detector.detect(recording, None).expect("detected").pairs[0].verdict.joint == "elliptic-trammel"
+    };
+    (500..500 + seeds).into_par_iter().filter(is_one).count()
+}
+
+#[test]
+fn trammels_are_found_and_nothing_else_is_called_one() {
+    let found = trammels("elliptical", 20);
+    assert!(found >= 19, "{found} of 20");
+    for scene in ["revolute", "prismatic", "planar", "screw"] {
+        assert_eq!(trammels(scene, 10), 0, "{scene}");
+    }
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release -p jointscope-tests --test elliptical -- --ignored --nocapture"]
+fn over_many_seeds_trammels_are_found_and_nothing_else_is_called_one() {
+    let found = trammels("elliptical", 200);
+    eprintln!("{found} of 200 trammels");
+    assert!(found >= 190);
+    for scene in ["revolute", "prismatic", "planar"] {
+        let wrong = trammels(scene, 200);
+        eprintln!("{wrong} of 200 {scene}");
+        assert!(wrong < 2, "{scene}");
+    }
+}

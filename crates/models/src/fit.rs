@@ -173,12 +173,18 @@ pub struct Mobility {
     /// Whether it advances along an axis that it turns about, freely or in proportion: what turns in a plane or about
     /// a point does not.
     pub advances: bool,
+    /// Whether the place that it turns about moves across the axis, freely or in proportion: that of a hinge or a ball
+    /// does not.
+    pub roams: bool,
 }
 
 impl Mobility {
     /// Whether this mechanism can do all that another can, and more, as far as turns and slides tell.
     pub fn contains(&self, other: &Self) -> bool {
-        let as_free = self.turns >= other.turns && self.slides >= other.slides && (self.advances || !other.advances);
+        let as_free = self.turns >= other.turns
+            && self.slides >= other.slides
+            && (self.advances || !other.advances)
+            && (self.roams || !other.roams);
         as_free && (self.turns + self.slides > other.turns + other.slides || self.parameters > other.parameters)
     }
 }

@@ -200,7 +200,7 @@ pub(crate) fn rest(motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
         &residuals,
         3.0,
         &[],
-        Mobility { turns: 0, slides: 0, parameters: 3, advances: false },
+        Mobility { turns: 0, slides: 0, parameters: 3, advances: false, roams: false },
         path.rest_play,
         Joint::default(),
     )
@@ -219,7 +219,7 @@ pub(crate) fn line(motion: &RelativeMotion<'_>, bend: f64) -> Result<JointFit, F
     let axis = Axis { point: path.out(path.places[0]), direction: Some(direction), pitch: None };
     let joint = Joint { axis: Some(axis), positions: Some(positions) };
     let variances = path.variances();
-    let mobility = Mobility { turns: 0, slides: 1, parameters: 6, advances: false };
+    let mobility = Mobility { turns: 0, slides: 1, parameters: 6, advances: false, roams: false };
     let mut fit = path.fit(&residuals, 2.0, &[variances.x], mobility, path.play, joint)?;
     let slow = path.noise.powi(2) / path.count() + variances.y.max(path.noise.powi(2)) / SLOW_FRAMES.min(path.count());
     let angle = (2.0 * slow / variances.x.max(f64::MIN_POSITIVE)).sqrt().min(std::f64::consts::FRAC_PI_2);
@@ -271,7 +271,8 @@ fn round(motion: &RelativeMotion<'_>, sweep: f64, rises: bool) -> Result<JointFi
         pitch: Some(if rises { best.pitch() } else { 0.0 }),
     };
     let joint = Joint { axis: Some(axis), positions: Some(positions) };
-    let mobility = Mobility { turns: 1, slides: 0, parameters: if rises { 9 } else { 7 }, advances: rises };
+    let mobility =
+        Mobility { turns: 1, slides: 0, parameters: if rises { 9 } else { 7 }, advances: rises, roams: false };
     let mut fit = path.fit(&best.residuals(), 2.0, &[arc], mobility, path.play, joint)?;
     let misfit = fit.parts["misfit_distance"];
     let sigma = path.noise.powi(2) + misfit.powi(2) * (path.count() / SLOW_FRAMES).max(1.0);
@@ -291,7 +292,7 @@ pub(crate) fn plane(motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
     let residuals: Vec<f64> = path.places.iter().map(|p| p.z.abs()).collect();
     let axis = Axis { point: path.out(path.places[0]), direction: Some(path.direction(Vector3::z())), pitch: None };
     let variances = path.variances();
-    let mobility = Mobility { turns: 1, slides: 2, parameters: 10, advances: false };
+    let mobility = Mobility { turns: 1, slides: 2, parameters: 10, advances: false, roams: false };
     let joint = Joint { axis: Some(axis), positions: None };
     let mut fit = path.fit(&residuals, 1.0, &[variances.x, variances.y], mobility, path.play, joint)?;
     let angle =
@@ -330,7 +331,7 @@ pub(crate) fn sphere(motion: &RelativeMotion<'_>, sweep: f64) -> Result<JointFit
     let radius = (solution[3] + centre.norm_squared()).max(1e-12).sqrt();
     let residuals: Vec<f64> = path.places.iter().map(|p| ((p - centre).norm() - radius).abs()).collect();
     let variances = path.variances();
-    let mobility = Mobility { turns: 3, slides: 0, parameters: 11, advances: false };
+    let mobility = Mobility { turns: 3, slides: 0, parameters: 11, advances: false, roams: false };
     let axis = Axis { point: path.out(centre), direction: None, pitch: None };
     let joint = Joint { axis: Some(axis), positions: None };
     let mut fit = path.fit(&residuals, 1.0, &[variances.x, variances.y], mobility, path.play, joint)?;
@@ -348,7 +349,7 @@ pub(crate) fn sphere(motion: &RelativeMotion<'_>, sweep: f64) -> Result<JointFit
 /// [`FitError::TooFewFrames`].
 pub(crate) fn anywhere(motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
     let path = Path::of(motion)?;
-    let mobility = Mobility { turns: 3, slides: 3, parameters: 14, advances: true };
+    let mobility = Mobility { turns: 3, slides: 3, parameters: 14, advances: true, roams: false };
     let variances = path.variances();
     let residuals = vec![0.0; path.places.len()];
     path.fit(&residuals, 0.0, variances.as_slice(), mobility, path.play, Joint::default())

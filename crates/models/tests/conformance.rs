@@ -148,7 +148,7 @@ const SOUND: Evidence = Evidence {
     freedom: 100.0,
     configuration_cost: -1.0,
     prior_cost: -1.0,
-    mobility: Mobility { turns: 0, slides: 0, parameters: 6, advances: false },
+    mobility: Mobility { turns: 0, slides: 0, parameters: 6, advances: false, roams: false },
     observations: 288.0,
     correlation_time: 1.0,
     departure: None,

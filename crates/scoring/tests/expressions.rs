@@ -146,7 +146,7 @@ fn evidence(parameters: usize, turns: u8, slides: u8, chi_squared: f64) -> Evide
         freedom: 100.0,
         configuration_cost: 0.0,
         prior_cost: 0.0,
-        mobility: Mobility { turns, slides, parameters, advances: false },
+        mobility: Mobility { turns, slides, parameters, advances: false, roams: false },
         observations: 100.0,
         correlation_time: 1.0,
         departure: None,

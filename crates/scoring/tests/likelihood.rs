@@ -11,13 +11,13 @@ const SUM: f64 = 1e-12;
 /// Number of observations, for the price of parameters.
 const OBSERVATIONS: f64 = 300.0;
 
-const RIGID: Mobility = Mobility { turns: 0, slides: 0, parameters: 6, advances: false };
-const SLIDE: Mobility = Mobility { turns: 0, slides: 1, parameters: 9, advances: false };
-const HINGE: Mobility = Mobility { turns: 1, slides: 0, parameters: 11, advances: false };
-const SCREW: Mobility = Mobility { turns: 1, slides: 0, parameters: 12, advances: true };
-const CYLINDER: Mobility = Mobility { turns: 1, slides: 1, parameters: 13, advances: true };
-const BALL: Mobility = Mobility { turns: 3, slides: 0, parameters: 15, advances: false };
-const FREE: Mobility = Mobility { turns: 3, slides: 3, parameters: 18, advances: true };
+const RIGID: Mobility = Mobility { turns: 0, slides: 0, parameters: 6, advances: false, roams: false };
+const SLIDE: Mobility = Mobility { turns: 0, slides: 1, parameters: 9, advances: false, roams: false };
+const HINGE: Mobility = Mobility { turns: 1, slides: 0, parameters: 11, advances: false, roams: false };
+const SCREW: Mobility = Mobility { turns: 1, slides: 0, parameters: 12, advances: true, roams: false };
+const CYLINDER: Mobility = Mobility { turns: 1, slides: 1, parameters: 13, advances: true, roams: false };
+const BALL: Mobility = Mobility { turns: 3, slides: 0, parameters: 15, advances: false, roams: false };
+const FREE: Mobility = Mobility { turns: 3, slides: 3, parameters: 18, advances: true, roams: false };
 
 /// Evidence of ideal joints that costs so much as noise.
 fn noise(mobility: Mobility, cost: f64) -> Evidence {
@@ -347,6 +347,7 @@ fn mobility() -> impl Strategy<Value = Mobility> {
         slides,
         parameters,
         advances: false,
+        roams: slides > 1,
     })
 }
 

@@ -84,7 +84,7 @@ impl Mechanism for Mesh {
     fn mobility(&self) -> Mobility {
         // Placement 5, for sliding along z shows nothing; home 6; distance 1; less 1, for where q is 0; mean and spread
         // of q 2.
-        Mobility { turns: 1, slides: 0, parameters: 13, advances: false }
+        Mobility { turns: 1, slides: 0, parameters: 13, advances: false, roams: true }
     }
 
     fn constants(&self) -> usize {

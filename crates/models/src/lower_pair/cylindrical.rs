@@ -25,7 +25,7 @@ joint_model!(Cylindrical, "cylindrical", "rotation about a fixed axis and transl
 
 impl Mechanism for Cylindrical {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 1, slides: 1, parameters: 13, advances: true }
+        Mobility { turns: 1, slides: 1, parameters: 13, advances: true, roams: false }
     }
 
     fn geometry(&self, _: &Vector2<f64>) -> Geometry {

@@ -54,7 +54,8 @@ impl JointModel for Free {
         let departures: Vec<Vector6<f64>> = series.poses().iter().map(|pose| twist::log(&(home * pose))).collect();
         let plays = series.ends().iter().any(|end| end.shift_play > 0.0);
         let mut fit = JointFit::new(Confidence::ONE, Joint::default()).with_residual(0.0);
-        let mobility = Mobility { turns: 3, slides: 3, parameters: usize::from(self.parameters), advances: true };
+        let mobility =
+            Mobility { turns: 3, slides: 3, parameters: usize::from(self.parameters), advances: true, roams: true };
         // What every parameter that play does not charge gains by chance.
         let unpaid = f64::from(PARAMETERS.saturating_sub(self.parameters));
         fit.evidence = Some(Evidence {

@@ -1,7 +1,7 @@
 //! From a mechanism and a motion to a joint with evidence.
 
 use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, quantile, twist, twist::Twist};
-use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Unit, Vector3};
+use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Translation3, Unit, Vector3};
 
 use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect, refit};
 use crate::{Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions};
@@ -448,9 +448,10 @@ fn joint_of(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, fra
     };
     // The centre of the body asked to be the moving one at the first frame, seen from either body.
     let centre = if series.reversed() { reference_centre(series) } else { first * Point3::origin() };
-    let in_reference = axis(joint, centre.coords, series.origin(), sign);
+    let [of_reference, of_moving] = mechanism.axis_at_home(&constants).map(|point| joint * Translation3::from(point));
+    let in_reference = axis(of_reference, centre.coords, series.origin(), sign);
     let seen_from_moving = (first.inverse() * centre).coords;
-    let in_moving = axis(home.inverse() * joint, seen_from_moving, series.moving_origin(), sign);
+    let in_moving = axis(home.inverse() * of_moving, seen_from_moving, series.moving_origin(), sign);
     let opposite = |axis: Axis| Axis { direction: axis.direction.map(|direction| -direction), ..axis };
     let (axis, other) = if series.reversed() {
         (in_moving.map(opposite), in_reference.map(opposite))

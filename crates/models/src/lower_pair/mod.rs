@@ -18,7 +18,7 @@
 //! struct KnownScrew { pitch: f64 }
 //!
 //! impl Mechanism for KnownScrew {
-//!     fn mobility(&self) -> Mobility { Mobility { turns: 1, slides: 0, parameters: 11, advances: false } }
+//!     fn mobility(&self) -> Mobility { Mobility { turns: 1, slides: 0, parameters: 11, advances: false, roams: false } }
 //!     fn geometry(&self, _: &Vector2<f64>) -> Geometry { Geometry::Axis { pitch: Some(self.pitch) } }
 //!     fn pose(&self, q: &Vector3<f64>, _: &Vector2<f64>) -> Pose {
 //!         Pose::new(Vector3::z() * self.pitch * q.x, Vector3::z() * q.x)
@@ -42,6 +42,7 @@
 //! ```
 
 mod cylindrical;
+mod elliptic_trammel;
 mod engine;
 mod free;
 mod judge;
@@ -58,6 +59,7 @@ mod universal;
 
 pub use crate::Mobility;
 pub use cylindrical::Cylindrical;
+pub use elliptic_trammel::EllipticTrammel;
 pub use engine::{Fitted, Placement, fit, refit};
 pub use free::Free;
 pub use judge::{Judged, judge, judge_series};
@@ -140,6 +142,12 @@ pub trait Mechanism: Debug {
 
     /// What of the joint's coordinates has a meaning.
     fn geometry(&self, constants: &Vector2<f64>) -> Geometry;
+
+    /// Where the joint's axis or centre is while `h` is the identity, in joint coordinates: as a point fixed in the
+    /// reference, and as one fixed in the moving body.
+    fn axis_at_home(&self, _constants: &Vector2<f64>) -> [Vector3<f64>; 2] {
+        [Vector3::zeros(); 2]
+    }
 
     /// `h(q)`.
     fn pose(&self, q: &Vector3<f64>, constants: &Vector2<f64>) -> Pose;

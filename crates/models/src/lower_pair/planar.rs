@@ -27,7 +27,7 @@ joint_model!(Planar, "planar", "translation in a plane and rotation about its no
 
 impl Mechanism for Planar {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 1, slides: 2, parameters: 14, advances: false }
+        Mobility { turns: 1, slides: 2, parameters: 14, advances: false, roams: true }
     }
 
     fn geometry(&self, _: &Vector2<f64>) -> Geometry {

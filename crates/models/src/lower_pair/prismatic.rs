@@ -48,7 +48,7 @@ joint_model!(Prismatic, "prismatic", "translation along a fixed line");
 
 impl Mechanism for Prismatic {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 0, slides: 1, parameters: 9, advances: false }
+        Mobility { turns: 0, slides: 1, parameters: 9, advances: false, roams: false }
     }
 
     fn geometry(&self, _: &Vector2<f64>) -> Geometry {

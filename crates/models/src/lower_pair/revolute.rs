@@ -37,7 +37,7 @@ joint_model!(Revolute, "revolute", "rotation about a fixed axis");
 
 impl Mechanism for Revolute {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 1, slides: 0, parameters: 11, advances: false }
+        Mobility { turns: 1, slides: 0, parameters: 11, advances: false, roams: false }
     }
 
     fn geometry(&self, _: &Vector2<f64>) -> Geometry {

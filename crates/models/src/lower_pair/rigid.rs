@@ -25,7 +25,7 @@ joint_model!(Rigid, "rigid", "no motion between the bodies");
 
 impl Mechanism for Rigid {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 0, slides: 0, parameters: 6, advances: false }
+        Mobility { turns: 0, slides: 0, parameters: 6, advances: false, roams: false }
     }
 
     fn geometry(&self, _: &Vector2<f64>) -> Geometry {

@@ -43,7 +43,7 @@ joint_model!(Screw, "screw", "rotation about a fixed axis with proportional tran
 
 impl Mechanism for Screw {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 1, slides: 0, parameters: 12, advances: true }
+        Mobility { turns: 1, slides: 0, parameters: 12, advances: true, roams: false }
     }
 
     fn constants(&self) -> usize {

@@ -40,7 +40,7 @@ joint_model!(Spherical, "spherical", "any rotation about a fixed point");
 
 impl Mechanism for Spherical {
     fn mobility(&self) -> Mobility {
-        Mobility { turns: 3, slides: 0, parameters: 15, advances: false }
+        Mobility { turns: 3, slides: 0, parameters: 15, advances: false, roams: false }
     }
 
     fn geometry(&self, _: &Vector2<f64>) -> Geometry {

@@ -2,7 +2,7 @@
 
 use jointscope_motion::{Pose, PoseSeries, twist::rotation_log};
 use nalgebra::{
-    Matrix3, Matrix4, Matrix6, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3, Vector6,
+    Complex, Matrix3, Matrix4, Matrix6, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3, Vector6,
 };
 
 use super::{Placement, turn_about_z};
@@ -70,6 +70,35 @@ impl Summary {
         let arm = keep * solution.fixed_rows::<3>(0);
         let point = keep * solution.fixed_rows::<3>(3);
         (point, arm + point)
+    }
+
+    fn on_a_trammel(&self, axis: Vector3<f64>, bar_moves: bool) -> Placement {
+        let facing = facing(axis);
+        let (mut normal, mut right) = (Matrix3::<Complex<f64>>::zeros(), Vector3::<Complex<f64>>::zeros());
+        for (turn, shift) in self.turned.iter().zip(&self.shifts) {
+            let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*turn));
+            let own = Pose::from_parts(Translation3::identity(), facing.inverse() * turn * facing);
+            let turn = turn_about_z(&own, 0.0);
+            let second = if bar_moves { -turn } else { 2.0 * turn };
+            let row = Vector3::new(0.0, turn, second).map(|angle| Complex::from_polar(1.0, angle));
+            let place = facing.inverse() * shift;
+            normal += row.conjugate() * row.transpose();
+            right += row.conjugate() * Complex::new(place.x, place.y);
+        }
+        let count = self.shifts.len() as f64;
+        normal += Matrix3::identity() * Complex::from(RIDGE * count);
+        let [centre, arm, pin] =
+            normal.lu().solve(&right).map_or([Complex::ZERO; 3], |solution| [solution[0], solution[1], solution[2]]);
+        let lift = axis.dot(&self.mean_shift);
+        let place = |across: Complex<f64>| facing * Vector3::new(across.re, across.im, lift);
+        // Seen from the bar, the crossing is on the other side of the pin.
+        let (crossing, phase) = if bar_moves { (centre, pin.arg()) } else { (centre + pin, (-pin).arg()) };
+        let turned = facing * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), phase);
+        Placement {
+            joint: Pose::from_parts(place(crossing).into(), turned),
+            home: Pose::from_parts(place(centre + arm + pin).into(), self.home),
+            constants: Vector2::new(pin.norm(), 0.0),
+        }
     }
 
     fn about(&self, axis: Vector3<f64>) -> Placement {
@@ -141,6 +170,16 @@ pub fn with_pitch(series: &PoseSeries, starts: Vec<Placement>) -> Vec<Placement>
         Placement { home: Translation3::from(lift) * start.home, constants: Vector2::new(pitch, 0.0), ..start }
     };
     starts.into_iter().map(pitched).collect()
+}
+
+/// A bar on a trammel about the main direction of the turns, and about the direction of the least travel; the moving body is
+/// the bar, or the frame.
+///
+/// Across the axis, and with body turns `ψ`, the moving body is at `c + α exp(iψ) + β exp(-iψ)` if it is the bar, and at
+/// `c + α exp(iψ) + β exp(2iψ)` if it is the frame, by linear least squares: the crank is `|β|`, and `β` tells the phase.
+pub fn on_a_trammel(series: &PoseSeries, bar_moves: bool) -> Vec<Placement> {
+    let summary = Summary::of(series);
+    [summary.turn_axes[0], summary.shift_axes[2]].map(|axis| summary.on_a_trammel(axis, bar_moves)).into()
 }
 
 /// Across the main direction of the turns, and across the direction of the least travel.

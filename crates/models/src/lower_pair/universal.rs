@@ -28,7 +28,7 @@ joint_model!(Universal, "universal", "rotation about two perpendicular axes that
 impl Mechanism for Universal {
     fn mobility(&self) -> Mobility {
         // Centre, two directions at a right angle, home; mean and spread of two angles.
-        Mobility { turns: 2, slides: 0, parameters: 15, advances: false }
+        Mobility { turns: 2, slides: 0, parameters: 15, advances: false, roams: false }
     }
 
     fn geometry(&self, _: &Vector2<f64>) -> Geometry {
