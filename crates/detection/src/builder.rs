@@ -1,5 +1,7 @@
 //! A configuration made in code, without TOML.
 
+use std::sync::Arc;
+
 use jointscope_models::JointModel;
 use jointscope_motion::MotionSettings;
 use jointscope_scoring::{RuleError, ScoringSettings};
@@ -57,7 +59,7 @@ impl ConfigurationBuilder {
     pub fn model(mut self, name: impl Into<String>, model: impl JointModel + 'static) -> Self {
         let name = name.into();
         self.models.retain(|other| other.name != name);
-        self.models.push(NamedModel { kind: name.clone(), name, model: Box::new(model) });
+        self.models.push(NamedModel { kind: name.clone(), name, model: Arc::new(model) });
         self
     }
 

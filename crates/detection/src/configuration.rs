@@ -1,12 +1,12 @@
 //! The whole configuration, from one TOML text.
 
-use std::{ops::Range, path::PathBuf};
+use std::{ops::Range, path::PathBuf, sync::Arc};
 
 use jointscope_models::{
     Catalog, JointModel,
     settings::{self, SettingsError, Value},
 };
-use jointscope_motion::MotionSettings;
+use jointscope_motion::{DepthGainSetting, MotionSettings};
 use jointscope_scoring::{Announcement, Rule, RuleError, RuleKind, ScoringSettings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ pub(crate) const DEFAULT_MODELS: &str = "
 pub(crate) const TABLES: [&str; 6] = ["recording", "motion", "scale", "models", "scoring", "output"];
 
 /// Everything that decides how a recording is read and judged.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Configuration {
     /// What to analyse.
     pub recording: RecordingSettings,
@@ -53,14 +53,14 @@ pub struct Configuration {
 }
 
 /// A joint model under the name that rules and results use.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct NamedModel {
     /// Its key under `[models]`.
     pub name: String,
     /// The name of its kind in the catalog.
     pub kind: String,
     /// The model.
-    pub model: Box<dyn JointModel>,
+    pub model: Arc<dyn JointModel>,
 }
 
 /// Which recording, and what of it, is analysed. Reading it is the program's task.
@@ -121,6 +121,16 @@ pub struct OutputSettings {
 }
 
 impl Configuration {
+    /// The same for bodies that a single camera saw: depth gains are estimated, and scales sought, in closed form where
+    /// all models state evidence and else by the grid.
+    #[must_use]
+    pub fn for_one_camera(mut self) -> Self {
+        self.motion.depth_gain = DepthGainSetting::Estimate;
+        let evidence = self.models.iter().all(|named| named.model.states_evidence());
+        self.scale.search = if evidence { ScaleSearch::ClosedForm } else { ScaleSearch::Grid };
+        self
+    }
+
     /// Reads a configuration.
     ///
     /// # Errors
@@ -352,7 +362,7 @@ fn named_model<'i>(
         });
         return Err(error);
     };
-    let model = plugin.build(Spanned::new(span, DeValue::Table(table)))?;
+    let model = Arc::from(plugin.build(Spanned::new(span, DeValue::Table(table)))?);
     Ok(NamedModel { name: name.into_inner().into_owned(), kind, model })
 }
 

@@ -10,6 +10,8 @@ pub struct Column {
     /// Its name in the results.
     pub name: String,
     pub(crate) detector: Detector,
+    /// The same for recordings of a single camera.
+    pub(crate) for_one_camera: Detector,
     /// Whether its rule knows all eight types; otherwise only classes can be scored.
     pub(crate) tells_types: bool,
 }
@@ -19,6 +21,7 @@ impl Column {
     pub fn new(name: impl Into<String>, configuration: Configuration) -> Self {
         let known = configuration.rule.ignorance().confidences;
         let tells_types = TYPES.iter().all(|joint| known.iter().any(|(name, _)| name == joint));
-        Self { name: name.into(), detector: Detector::new(configuration), tells_types }
+        let for_one_camera = Detector::new(configuration.clone().for_one_camera());
+        Self { name: name.into(), detector: Detector::new(configuration), for_one_camera, tells_types }
     }
 }

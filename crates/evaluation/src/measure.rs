@@ -35,6 +35,14 @@ pub enum Measure {
     NormalisedDistance,
     /// Share in which the order of the bodies makes no difference, percent.
     Symmetric,
+    /// Root mean square error of the scales that show, percent.
+    ScaleError,
+    /// Share whose scale is said to show, percent.
+    ScaleShown,
+    /// Share whose scale is said not to show, percent.
+    ScaleNotShown,
+    /// Root mean square error of the moving bodies' depth gains, percent.
+    GainError,
     /// Mean number of pairs, per seed, whose joint is right among the four classes.
     PairsRight,
     /// Mean of the reported noise over the true noise.
@@ -70,6 +78,10 @@ impl Measure {
             Self::NormalisedAngle => "normalised angle",
             Self::NormalisedDistance => "normalised distance",
             Self::Symmetric => "symmetric [%]",
+            Self::ScaleError => "scale [%]",
+            Self::ScaleShown => "shown [%]",
+            Self::ScaleNotShown => "not shown [%]",
+            Self::GainError => "gain [%]",
             Self::PairsRight => "pairs right",
             Self::Noise => "noise / true",
             Self::WorstNoise => "worst",
@@ -80,8 +92,14 @@ impl Measure {
     /// Decimals that are worth reading.
     pub fn decimals(self) -> usize {
         match self {
-            Self::Types | Self::Classes | Self::Classified | Self::Symmetric | Self::PairsRight => 1,
-            Self::Noise | Self::WorstNoise | Self::ChiSquared => 3,
+            Self::Types
+            | Self::Classes
+            | Self::Classified
+            | Self::Symmetric
+            | Self::PairsRight
+            | Self::ScaleShown
+            | Self::ScaleNotShown => 1,
+            Self::Noise | Self::WorstNoise | Self::ChiSquared | Self::ScaleError => 3,
             _ => 2,
         }
     }
@@ -96,6 +114,10 @@ impl Measure {
             Self::Classes => balanced(all),
             Self::Classified => share(all.iter().map(|m| in_right_class(m))),
             Self::Symmetric => share(all.iter().filter_map(|m| m.symmetric)),
+            Self::ScaleError => over(all.iter(), |m| Some(100.0 * m.scale_error?), root_mean_square),
+            Self::ScaleShown => share(all.iter().filter_map(|m| m.shows_scale)),
+            Self::ScaleNotShown => share(all.iter().filter_map(|m| Some(!m.shows_scale?))),
+            Self::GainError => over(all.iter(), |m| Some(100.0 * m.gain_error?), root_mean_square),
             Self::PairsRight => pairs_right(all),
             Self::Angle => over(hinges, angle, root_mean_square),
             Self::Distance => over(hinges, distance, root_mean_square),
@@ -205,6 +227,9 @@ pub(crate) mod tests {
             stated: None,
             noise_ratio: None,
             chi_squared_per_freedom: None,
+            scale_error: None,
+            shows_scale: None,
+            gain_error: None,
             symmetric: None,
             seconds: 0.001,
         }

@@ -35,6 +35,13 @@ pub(crate) struct Measurement {
     pub(crate) noise_ratio: Option<f64>,
     /// What the true joint's model leaves unexplained, per degree of freedom.
     pub(crate) chi_squared_per_freedom: Option<f64>,
+    /// What is left of the moving body's scale beside the reference's when it is put right, as a share; only where the
+    /// motion shows it.
+    pub(crate) scale_error: Option<f64>,
+    /// Whether the motion shows the scale; only where it was sought.
+    pub(crate) shows_scale: Option<bool>,
+    /// Error of the moving body's depth gain, as a share; only where it was told.
+    pub(crate) gain_error: Option<f64>,
     /// Whether all orders of the bodies give the same; only where that was tried.
     pub(crate) symmetric: Option<bool>,
     /// Time of one detection.
@@ -54,11 +61,8 @@ pub(crate) fn measure(
     });
     let simulated = simulated.map_err(|error| EvaluationError::Scene { scene, seed, error })?;
     let judge = |column: &Column| {
-        judge(condition, &simulated, &column.detector).map_err(|error| EvaluationError::Detection {
-            scene,
-            seed,
-            error,
-        })
+        let detector = if condition.one_camera { &column.for_one_camera } else { &column.detector };
+        judge(condition, &simulated, detector).map_err(|error| EvaluationError::Detection { scene, seed, error })
     };
     columns.iter().map(judge).collect()
 }
@@ -130,6 +134,9 @@ fn measured(simulated: &Simulated, scene: &'static str, pair: &PairDetection) ->
     let reference = simulation.truth.bodies.iter().position(|body| body.name == pair.reference)?;
     let true_axis = truth.axis.as_ref().map(|axis| seen_from(axis, &tracked_from_true[reference]));
     let axis = revolute.and_then(|fit| AxisError::between(fit.joint.axis.as_ref()?, true_axis.as_ref()?));
+    let body = |name: &String| simulation.truth.bodies.iter().find(|body| body.name == *name);
+    let scale_of = |name: &String| body(name).map(|body| body.scale);
+    let (scale, gain) = (pair.scale.as_ref(), pair.depth_gain.map(|[_, moving]| moving));
     let true_noise = simulation.truth.bodies.iter().find(|body| body.name == pair.moving).map(|body| body.noise);
     let ratio = |noise: f64| Some(pair.noise_moving.position? / noise);
     let of_true_joint = pair.models.get(&truth.joint).and_then(|fit| fit.as_ref().ok());
@@ -144,6 +151,12 @@ fn measured(simulated: &Simulated, scene: &'static str, pair: &PairDetection) ->
         stated: revolute.and_then(|fit| fit.axis_uncertainty),
         noise_ratio: true_noise.filter(|noise| *noise > 0.0).and_then(ratio),
         chi_squared_per_freedom: of_true_joint.and_then(|fit| fit.parts.get("chi_squared_per_freedom").copied()),
+        scale_error: scale
+            .and_then(|scale| Some(scale.factor? * scale_of(&pair.moving)? / scale_of(&pair.reference)? - 1.0)),
+        shows_scale: scale.map(|scale| scale.observable),
+        gain_error: gain
+            .filter(|gain| gain.observable)
+            .and_then(|gain| Some(gain.gain / body(&pair.moving)?.depth_gain - 1.0)),
         symmetric: None,
         seconds: 0.0,
     })

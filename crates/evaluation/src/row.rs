@@ -98,6 +98,11 @@ impl Cell {
         self
     }
 
+    pub(crate) fn seen_by_one_camera(mut self) -> Self {
+        self.conditions.iter_mut().for_each(|condition| condition.one_camera = true);
+        self
+    }
+
     pub(crate) fn following(mut self, procedure: Procedure) -> Self {
         self.conditions.iter_mut().for_each(|condition| condition.procedure = procedure);
         self
@@ -113,17 +118,20 @@ pub struct Condition {
     pub options: SceneOptions,
     /// What is done with it.
     pub procedure: Procedure,
+    /// Whether it is judged as what a single camera saw: with depth gains estimated and scales sought.
+    pub one_camera: bool,
     pub(crate) repetitions: Repetitions,
 }
 
 impl Condition {
     pub(crate) fn new(scene: &'static str, options: SceneOptions) -> Self {
-        Self { scene, options, procedure: Procedure::Pair, repetitions: Repetitions::All }
+        Self { scene, options, procedure: Procedure::Pair, one_camera: false, repetitions: Repetitions::All }
     }
 
     /// Whether the recordings are the same, however many of them there are.
     pub(crate) fn same_recordings(&self, other: &Self) -> bool {
-        (self.scene, self.procedure, &self.options) == (other.scene, other.procedure, &other.options)
+        let all = |condition: &'_ Self| (condition.scene, condition.procedure, condition.one_camera);
+        all(self) == all(other) && self.options == other.options
     }
 }
 
