@@ -9,7 +9,7 @@ const SEEDS: u64 = 8;
 
 fn gain_of(scene: &str, options: &SceneOptions, setting: DepthGainSetting) -> DepthGain {
     let simulation = simulate(scene, options).expect("simulated");
-    undo_depth_gain(&simulation.recording.bodies()[1], setting).expect("asked for").1
+    undo_depth_gain(&simulation.recording.bodies()[1], setting).expect("asked for").gain
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::{Axis, Confidence, JointFit, JointModel};
 use jointscope_motion::{
-    Body, BodyMotion, DepthGain, MotionError, PoseSeries, Recording, RelativeMotion, RelativeMotionError,
+    Body, BodyMotion, MotionError, MotionSettings, PoseSeries, Recording, RelativeMotion, RelativeMotionError, Undone,
     linear_scales, undo_depth_gain,
 };
 use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
@@ -78,17 +78,19 @@ impl Detector {
         let base = base.and_then(|name| recording.bodies().iter().position(|body| body.name() == name));
         let settings = &self.configuration.motion;
         let undo = |body: &Body| undo_depth_gain(body, settings.depth_gain);
-        let undone: Vec<Option<(Body, DepthGain)>> = recording.bodies().par_iter().map(undo).collect();
-        let bodies: Vec<(&Body, Option<DepthGain>)> = recording
+        let undone: Vec<Option<Undone>> = recording.bodies().par_iter().map(undo).collect();
+        let bodies: Vec<(&Body, Option<&Undone>)> = recording
             .bodies()
             .iter()
             .zip(&undone)
-            .map(|(body, undone)| undone.as_ref().map_or((body, None), |(body, gain)| (body, Some(*gain))))
+            .map(|(body, undone)| (undone.as_ref().map_or(body, |undone| &undone.body), undone.as_ref()))
             .collect();
         let numbers = recording.frame_numbers();
         let watched: Vec<Watched<'_>> = bodies
             .par_iter()
-            .map(|&(body, gain)| Watched::of(BodyMotion::of(body, settings), body, gain, numbers))
+            .map(|&(body, undone)| {
+                Watched::of(registered(body, undone, settings), body, undone.map(|u| u.gain), numbers)
+            })
             .collect();
         let done = AtomicUsize::new(0);
         let judge = |&(reference, moving): &Pair| {
@@ -354,6 +356,17 @@ impl Detector {
                 *judged = again;
             }
         }
+    }
+}
+
+/// A body's motion, its poses as uncertain as the depth gain that was undone.
+fn registered<'r>(body: &'r Body, undone: Option<&Undone>, settings: &MotionSettings) -> BodyMotion<'r> {
+    /// Standard errors of a gain that a drift by them counts as chance: the errors of all frames are the same one.
+    const ERRORS: f64 = 2.0;
+    let motion = BodyMotion::of(body, settings);
+    match undone.and_then(|undone| undone.by_larger_gain.as_ref()) {
+        Some(elsewhere) => motion.uncertain_towards(&BodyMotion::of(elsewhere, settings), ERRORS),
+        None => motion,
     }
 }
 

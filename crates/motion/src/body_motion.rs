@@ -16,6 +16,7 @@ use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
     Body, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, Tracks, depth, noise,
     tracked::{Mended, without_jumps},
+    twist,
 };
 
 /// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
@@ -362,6 +363,26 @@ impl<'r> BodyMotion<'r> {
                 self.line.as_ref().map_or((&registered.poses, &registered.shape), |line| (&line.poses, &line.shape));
             of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
         })
+    }
+
+    /// The same body with poses that are less certain: by as much as another registration of it puts them elsewhere,
+    /// times `errors`.
+    ///
+    /// # References
+    /// docs/method.md, "One camera".
+    #[must_use]
+    pub fn uncertain_towards(self, other: &BodyMotion<'_>, errors: f64) -> Self {
+        let (centre, of_other) = (self.centre(), other.centre());
+        let both = self.likely_poses().iter().zip(other.likely_poses()).zip(self.pose_covariances());
+        let covariances: Vec<Matrix6<f64>> = both
+            .map(|((pose, elsewhere), covariance)| {
+                let (Some(pose), Some(elsewhere)) = (pose, elsewhere) else { return *covariance };
+                let turn = twist::rotation_log(&(elsewhere.rotation * pose.rotation.inverse()));
+                let away = twist::twist(&turn, &(elsewhere * of_other - pose * centre)) * errors;
+                covariance + away * away.transpose()
+            })
+            .collect();
+        Self { covariances: OnceLock::from(covariances), ..self }
     }
 
     /// Covariance of the first pose, which the body's coordinates rest on, as those of

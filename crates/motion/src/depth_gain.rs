@@ -42,6 +42,23 @@ impl DepthGain {
     const UNSEEN: Self = Self { gain: 1.0, standard_error: None, observable: false };
 }
 
+/// A body whose depth changes were restored.
+#[derive(Debug, Clone)]
+pub struct Undone {
+    /// The body, by the gain that is believed.
+    pub body: Body,
+    /// The gain.
+    pub gain: DepthGain,
+    /// The body by a gain that is a standard error larger; `None` where the error is not known.
+    pub by_larger_gain: Option<Body>,
+}
+
+impl Undone {
+    fn untouched(body: &Body) -> Self {
+        Self { body: body.clone(), gain: DepthGain::UNSEEN, by_larger_gain: None }
+    }
+}
+
 /// Undoes the compression of a body's depth changes; `None` where nothing is asked for.
 ///
 /// The gain is told by the body's rigidity alone: poses, shape and gain are fitted to all samples, wild ones apart. The
@@ -49,17 +66,15 @@ impl DepthGain {
 ///
 /// # References
 /// docs/method.md, "One camera".
-pub fn undo_depth_gain(body: &Body, setting: DepthGainSetting) -> Option<(Body, DepthGain)> {
+pub fn undo_depth_gain(body: &Body, setting: DepthGainSetting) -> Option<Undone> {
     let known = match setting {
         DepthGainSetting::None => return None,
         DepthGainSetting::Estimate => None,
         DepthGainSetting::Known(gain) => Some(gain),
     };
-    let Observation::Points { labels, tracks } = body.observation() else {
-        return Some((body.clone(), DepthGain::UNSEEN));
-    };
+    let Observation::Points { labels, tracks } = body.observation() else { return Some(Undone::untouched(body)) };
     if tracks.rest() {
-        return Some((body.clone(), DepthGain::UNSEEN));
+        return Some(Undone::untouched(body));
     }
     let starts = known.map_or(STARTS.to_vec(), |gain| vec![gain]);
     let begun = starts.into_iter().filter_map(|gain| {
@@ -69,18 +84,22 @@ pub fn undo_depth_gain(body: &Body, setting: DepthGainSetting) -> Option<(Body, 
     });
     let best = begun.min_by(|a, b| a.typical().total_cmp(&b.typical()));
     let Some(best) = best.and_then(|mut best| best.weigh(1..ROUNDS).map(|()| best)) else {
-        return Some((body.clone(), DepthGain::UNSEEN));
+        return Some(Undone::untouched(body));
     };
     let told = match known {
         Some(gain) => DepthGain { gain, standard_error: None, observable: true },
         None => best.told(),
     };
-    if told.gain == 1.0 {
-        return Some((body.clone(), told));
-    }
-    let undone = Tracks::new(tracks.features(), best.undone(tracks)).ok()?;
-    let body = Body::from_points(body.name(), labels.clone(), undone).ok()?;
-    Some((body, told))
+    let by = |gain: f64| {
+        let places = Tracks::new(tracks.features(), best.undone(tracks, gain)).ok()?;
+        Body::from_points(body.name(), labels.clone(), places).ok()
+    };
+    let restored = if told.gain == 1.0 { body.clone() } else { by(told.gain)? };
+    Some(Undone {
+        body: restored,
+        gain: told,
+        by_larger_gain: told.standard_error.and_then(|error| by(told.gain + error)),
+    })
 }
 
 /// Poses, shape and gain of a body, fitted together.
@@ -337,13 +356,13 @@ impl<'t> Bundle<'t> {
         if square > 0.0 { product / square } else { 0.0 }
     }
 
-    /// All samples, of all frames, with their depth changes restored; features that the fit does not know are missing.
-    fn undone(&self, tracks: &Tracks) -> Vec<Point3<f64>> {
+    /// All samples, of all frames, with their depth changes restored by a gain; features that the fit does not know are missing.
+    fn undone(&self, tracks: &Tracks, gain: f64) -> Vec<Point3<f64>> {
         let mut places = vec![Point3::from([f64::NAN; 3]); tracks.frames() * self.shape.len()];
         for frame in 0..tracks.frames() {
             for (feature, place) in tracks.seen(frame) {
                 if let Some(first) = self.shape[feature] {
-                    places[frame * self.shape.len() + feature] = unstretched(place, first.z, self.gain);
+                    places[frame * self.shape.len() + feature] = unstretched(place, first.z, gain);
                 }
             }
         }

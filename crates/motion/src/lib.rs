@@ -44,7 +44,7 @@ mod uncertainty;
 
 pub use body::{Body, Observation};
 pub use body_motion::{BodyMotion, Noise, Outlier};
-pub use depth_gain::{DepthGain, undo_depth_gain};
+pub use depth_gain::{DepthGain, Undone, undo_depth_gain};
 pub use error::MotionError;
 pub use extent::{extent, path_length};
 pub use leaps::{Leaps, leaps};

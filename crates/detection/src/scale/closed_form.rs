@@ -11,9 +11,11 @@ const VAGUE: f64 = 0.03;
 const STRIDE: f64 = 0.02;
 const LEAST_STRIDE: f64 = 1e-7;
 const MOST_STRIDE: f64 = 0.3;
+/// By which share the next distance may be shorter: where costs saturate, a far parabola says little of a narrow valley.
+const NEARER: f64 = 0.125;
 /// Strides towards the least cost, and rounds of parabolas through three costs.
 const STRIDES: usize = 12;
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 10;
 
 /// What is known of the logarithm of a scale beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,35 +87,39 @@ pub(crate) fn estimate(
     let (mut x, mut least) = tried
         .fold((belief.mean, cost_of(belief.mean, &before)), |best, other| if other.1 < best.1 { other } else { best });
     let mut stride = STRIDE;
-    let (mut left, mut right) = (cost(x - stride), cost(x + stride));
-    for _ in 0..STRIDES {
-        if least <= left && least <= right {
-            break;
-        }
-        if left < right {
-            (x, right, least) = (x - stride, least, left);
-            left = cost(x - stride);
-        } else {
-            (x, left, least) = (x + stride, least, right);
-            right = cost(x + stride);
-        }
-    }
-    let mut bend = (left + right - 2.0 * least) / (stride * stride);
+    let mut bend = f64::NAN;
     for _ in 0..ROUNDS {
-        if !(bend.is_finite() && bend > 0.0) {
-            return Some(Estimate::none(belief));
+        let (mut left, mut right) = (cost(x - stride), cost(x + stride));
+        for _ in 0..STRIDES {
+            if least <= left && least <= right {
+                break;
+            }
+            if left < right {
+                (x, right, least) = (x - stride, least, left);
+                left = cost(x - stride);
+            } else {
+                (x, left, least) = (x + stride, least, right);
+                right = cost(x + stride);
+            }
         }
-        let slope = (right - left) / (2.0 * stride);
-        let step = (-slope / bend).clamp(-stride, stride);
+        bend = (left + right - 2.0 * least) / (stride * stride);
+        if !(bend.is_finite() && bend > 0.0) {
+            stride *= NEARER;
+            continue;
+        }
+        let step = ((left - right) / (2.0 * stride * bend)).clamp(-stride, stride);
         let deviation = (2.0 / bend).sqrt();
-        let settled = step.abs() < 0.05 * deviation && stride < 4.0 * deviation;
-        x += step;
-        if settled {
+        let there = cost(x + step);
+        if there < least {
+            (x, least) = (x + step, there);
+        }
+        if step.abs() < 0.05 * deviation && stride < 4.0 * deviation {
             break;
         }
-        stride = (2.0 * deviation).clamp(LEAST_STRIDE, MOST_STRIDE);
-        (left, least, right) = (cost(x - stride), cost(x), cost(x + stride));
-        bend = (left + right - 2.0 * least) / (stride * stride);
+        stride = (2.0 * deviation).clamp(LEAST_STRIDE.max(NEARER * stride), MOST_STRIDE);
+    }
+    if !(bend.is_finite() && bend > 0.0) {
+        return Some(Estimate::none(belief));
     }
     let found = evidence_at(x)?;
     let by_data = bend / 2.0 - belief.deviation.powi(-2);
