@@ -43,6 +43,10 @@ pub enum Measure {
     ScaleNotShown,
     /// Root mean square error of the moving bodies' depth gains, percent.
     GainError,
+    /// Share of the class `other` that is taken for rigid, prismatic or revolute, percent.
+    FalseJoints,
+    /// That share less that of the row's first cell.
+    FalseJointsAdded,
     /// Mean number of pairs, per seed, whose joint is right among the four classes.
     PairsRight,
     /// Mean of the reported noise over the true noise.
@@ -82,6 +86,8 @@ impl Measure {
             Self::ScaleShown => "shown [%]",
             Self::ScaleNotShown => "not shown [%]",
             Self::GainError => "gain [%]",
+            Self::FalseJoints => "false joints [%]",
+            Self::FalseJointsAdded => "added [%]",
             Self::PairsRight => "pairs right",
             Self::Noise => "noise / true",
             Self::WorstNoise => "worst",
@@ -98,7 +104,9 @@ impl Measure {
             | Self::Symmetric
             | Self::PairsRight
             | Self::ScaleShown
-            | Self::ScaleNotShown => 1,
+            | Self::ScaleNotShown
+            | Self::FalseJoints
+            | Self::FalseJointsAdded => 1,
             Self::Noise | Self::WorstNoise | Self::ChiSquared | Self::ScaleError => 3,
             _ => 2,
         }
@@ -118,6 +126,14 @@ impl Measure {
             Self::ScaleShown => share(all.iter().filter_map(|m| m.shows_scale)),
             Self::ScaleNotShown => share(all.iter().filter_map(|m| Some(!m.shows_scale?))),
             Self::GainError => over(all.iter(), |m| Some(100.0 * m.gain_error?), root_mean_square),
+            Self::FalseJoints => {
+                share(all.iter().filter(|m| class(&m.expected) == "other").map(|m| !in_right_class(m)))
+            }
+            Self::FalseJointsAdded => {
+                let (here, there) =
+                    (Self::FalseJoints.score(all, &[], false)?, Self::FalseJoints.score(first, &[], false)?);
+                Some(Score { value: here.value - there.value, missing: 0 })
+            }
             Self::PairsRight => pairs_right(all),
             Self::Angle => over(hinges, angle, root_mean_square),
             Self::Distance => over(hinges, distance, root_mean_square),
@@ -261,6 +277,16 @@ pub(crate) mod tests {
         let all: Vec<&Measurement> = all.iter().collect();
         assert_eq!(Measure::Types.score(&all, &[], false), None, "a rule of four joints is not asked for eight");
         assert_eq!(value(Measure::Classes, &[]), None);
+    }
+
+    #[test]
+    fn false_joints_are_counted_where_there_is_none() {
+        let (none, joint) = (verdict("planar", "cylindrical"), verdict("planar", "prismatic"));
+        let hinge = verdict("revolute", "rigid");
+        assert_eq!(value(Measure::FalseJoints, &[none.clone(), joint.clone(), hinge.clone()]), Some(50.0));
+        assert_eq!(value(Measure::FalseJoints, &[hinge]), None);
+        let added = Measure::FalseJointsAdded.score(&[&none, &joint], &[&joint], true);
+        assert_eq!(added.map(|score| score.value), Some(-50.0));
     }
 
     #[test]

@@ -43,6 +43,7 @@ pub fn rows() -> Vec<Row> {
         imperfect_joints(),
         peers(),
         noise(),
+        search_for_scales(),
     ];
     before.chain(further).collect()
 }
@@ -251,6 +252,15 @@ fn scale() -> Row {
     Row::new("A13", "one camera: scale", cells.map(Cell::seen_by_one_camera).collect())
 }
 
+/// Whether a free scale turns what is no joint, or a richer one, into a simple one.
+fn search_for_scales() -> Row {
+    let options = SceneOptions { scale: Some(1.0 / 0.94), ..noise_of(1.0) };
+    let cell =
+        |name: &str| Cell::new(name, &["planar", "cylindrical", "disconnected"], &options).by(&[Measure::FalseJoints]);
+    let searched = cell("scale sought, 1 mm").goal(Measure::FalseJointsAdded, AtMost(1.0), AtMost(0.0));
+    Row::new("S", "one camera: false joints", vec![cell("without a search, 1 mm"), searched.seen_by_one_camera()])
+}
+
 fn depth_gain() -> Row {
     let cells = [0.6, 0.9].into_iter().flat_map(|gain| [0.5, 1.0, 2.0].map(|noise| (gain, noise)));
     let cell = |(gain, noise): (f64, f64)| {
@@ -441,7 +451,7 @@ mod tests {
         let rows = rows();
         let names: Vec<&str> = rows.iter().map(|row| row.name).collect();
         let numbered = (1..=18).chain([21]).map(|number| format!("A{number}"));
-        let expected: Vec<String> = numbered.chain(["P", "B"].map(String::from)).collect();
+        let expected: Vec<String> = numbered.chain(["P", "B", "S"].map(String::from)).collect();
         assert_eq!(names, expected);
         assert!(row("a12").is_some_and(|row| row.name == "A12") && row("A19").is_none());
     }
