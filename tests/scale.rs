@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use jointscope_detection::{Configuration, Detector, PairDetection};
+use jointscope_detection::{Configuration, Detection, Detector, PairDetection};
 use jointscope_models::Catalog;
 use jointscope_motion::nalgebra::{Point3, UnitQuaternion, Vector3};
 use jointscope_motion::{Body, Observation, Pose, Recording, Tracks};
@@ -17,9 +17,13 @@ const SEEN_AT: f64 = 1.0 / 0.94;
 const CLOSED_FORM: &str = "[scale]\nsearch = 'closed-form'\n";
 
 fn detect(configuration: &str, recording: Recording) -> Vec<PairDetection> {
+    detection(configuration, recording).pairs
+}
+
+fn detection(configuration: &str, recording: Recording) -> Detection {
     let catalog = Catalog::linked().expect("unique");
     let configuration = Configuration::parse(configuration, &catalog).expect("valid");
-    Detector::new(configuration).detect(recording, None).expect("detected").pairs
+    Detector::new(configuration).detect(recording, None).expect("detected")
 }
 
 /// Bodies of ten features seen with noise of 1 mm, each at a scale of its own.
@@ -167,7 +171,8 @@ fn all_pairs_agree_on_one_scale_per_body() {
     let hinge = |t: f64| place(0.1, 0.0, 0.0) * turn(0.0, 0.0, 0.9 * t) * place(0.1, 0.05, 0.0);
     let slide = |t: f64| place(0.0, 0.05, 0.2 + 0.15 * wave(0.35, t));
     let way = |t: f64| [roaming(t), roaming(t) * hinge(t), roaming(t) * hinge(t) * slide(t)];
-    let pairs = detect(CLOSED_FORM, seen(way, [1.0, SEEN_AT, 1.08], 1));
+    let detection = detection(CLOSED_FORM, seen(way, [1.0, SEEN_AT, 1.08], 1));
+    let pairs = &detection.pairs;
     let joints: Vec<&str> = pairs.iter().map(|pair| pair.verdict.joint.as_str()).collect();
     // A hinge and a slide along its axis: from the first to the last body they are a cylinder.
     assert_eq!(joints, ["revolute", "cylindrical", "prismatic"]);
@@ -182,6 +187,27 @@ fn all_pairs_agree_on_one_scale_per_body() {
         );
     }
     assert!((factor(0) * factor(2) / factor(1) - 1.0).abs() < 1e-12);
+    // Everything is told in the scale of the first body: the other bodies are where they truly are, and what slides
+    // from the one to the other goes as far as it truly does.
+    let scales = detection.scales.expect("sought");
+    assert!(
+        scales[0] == 1.0 && (scales[1] / factor(0) - 1.0).abs() < 1e-12 && (scales[2] / factor(1) - 1.0).abs() < 1e-12
+    );
+    let truth = seen(way, [1.0; 3], 1);
+    let repaired = detection.repaired.expect("bodies were multiplied");
+    for (repaired, truth) in repaired.bodies().iter().zip(truth.bodies()) {
+        let first = |body: &Body| match body.observation() {
+            Observation::Points { tracks, .. } => tracks.frame(0)[0],
+            _ => unreachable!("bodies are seen as points"),
+        };
+        assert!((first(repaired) - first(truth)).norm() < 0.005, "{} {}", first(repaired), first(truth));
+    }
+    let slid = pairs[2].positions.as_ref().and_then(jointscope_models::Positions::ranges).expect("seen")[0];
+    assert!((slid[1] - slid[0] - 0.15).abs() < 0.002, "{slid:?}");
+    let through = |number: usize| pairs[number].axis.expect("an axis").point;
+    let [hinge, cylinder] = [through(0), through(1)];
+    let direction = pairs[0].axis.and_then(|axis| axis.direction).expect("an axis");
+    assert!((cylinder - hinge).cross(&direction).norm() < 0.003, "one axis, in the first body's coordinates");
 }
 
 #[test]

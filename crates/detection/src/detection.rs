@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use jointscope_models::{Axis, AxisUncertainty, FitError, JointFit, Positions};
-use jointscope_motion::{DepthGain, Noise, Pose};
+use jointscope_motion::{DepthGain, Noise, Pose, Recording};
 use jointscope_scoring::{Explanation, Verdict};
 
 use crate::{PairScale, Structure};
@@ -21,6 +21,12 @@ pub struct Detection {
     pub pairs: Vec<PairDetection>,
     /// `recording_from_body` of every body in every frame, as far as its orientation is seen.
     pub poses: Vec<Vec<Option<Pose>>>,
+    /// What a single camera did, undone: bodies with restored depths, and multiplied by [`Detection::scales`]; `None`
+    /// where there was nothing to undo. Axes, positions and poses are those of these bodies.
+    pub repaired: Option<Recording>,
+    /// By what every body was multiplied about the camera to be in one scale with the others, as far as pairs agree on
+    /// one: 1 for the base, or the first of the bodies that are connected so; `None` where no scale was sought.
+    pub scales: Option<Vec<f64>>,
     /// The mechanism that the pairs make.
     pub structure: Structure,
 }

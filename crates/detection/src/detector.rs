@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use jointscope_models::{Axis, Confidence, JointFit, JointModel};
 use jointscope_motion::{
     Body, BodyMotion, MotionError, MotionSettings, PoseSeries, Recording, RelativeMotion, RelativeMotionError, Undone,
-    linear_scales, undo_depth_gain,
+    linear_scales, scaled_pose, undo_depth_gain,
 };
 use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
 use rayon::prelude::*;
 
-use crate::scale::{Belief, Estimate, Shown, agree, estimate, over_the_grid, stand_in};
+use crate::scale::{Belief, Estimate, Shown, agree, estimate, factors, over_the_grid, rescale, stand_in};
 use crate::watched::Watched;
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
 
@@ -99,21 +99,33 @@ impl Detector {
             judged
         };
         let mut judged: Vec<PairDetection> = pairs.par_iter().map(judge).collect();
-        if self.configuration.scale.search == ScaleSearch::ClosedForm {
-            self.agree_on_scales(&watched, &pairs, &mut judged);
-        }
+        let scales = (self.configuration.scale.search == ScaleSearch::ClosedForm).then(|| {
+            let shown = self.agree_on_scales(&watched, &pairs, &mut judged);
+            factors(watched.len(), base, &shown)
+        });
         if let Some((pair, fault)) = judged.iter().find_map(|pair| Some((pair, pair.verdict.fault.as_ref()?))) {
             let [reference, moving] = [&pair.reference, &pair.moving].map(String::clone);
             return Err(DetectionError::Rule { reference, moving, error: Box::new(fault.clone()) });
         }
-        let poses: Vec<_> = watched.iter().map(|body| body.motion.likely_poses().to_vec()).collect();
-        let structure = Structure::of(recording.bodies(), &poses, &judged, base);
+        let mut poses: Vec<_> = watched.iter().map(|body| body.motion.likely_poses().to_vec()).collect();
+        if let Some(scales) = &scales {
+            for (poses, factor) in poses.iter_mut().zip(scales) {
+                poses.iter_mut().flatten().for_each(|pose| *pose = scaled_pose(pose, *factor));
+            }
+            for (pair, (reference, moving)) in judged.iter_mut().zip(&pairs) {
+                rescale(pair, [scales[*reference], scales[*moving]]);
+            }
+        }
+        let repaired = repaired(&recording, &bodies, scales.as_deref());
+        let structure = Structure::of(repaired.as_ref().unwrap_or(&recording).bodies(), &poses, &judged, base);
         Ok(Detection {
             bodies: bodies.iter().map(|(body, _)| body.name().to_owned()).collect(),
             frames: recording.frames(),
             duration: recording.duration(),
             pairs: judged,
             poses,
+            repaired,
+            scales,
             structure,
         })
     }
@@ -311,8 +323,8 @@ impl Detector {
     }
 
     /// Lets all pairs agree on the scales of the bodies: what the others show of a pair is what is known of it
-    /// beforehand when it is judged again.
-    fn agree_on_scales(&self, watched: &[Watched<'_>], pairs: &[Pair], judged: &mut [PairDetection]) {
+    /// beforehand when it is judged again. Gives what the pairs showed.
+    fn agree_on_scales(&self, watched: &[Watched<'_>], pairs: &[Pair], judged: &mut [PairDetection]) -> Vec<Shown> {
         /// Of standard errors, by which a scale may miss what the others agree on.
         const CONTRADICTS: f64 = 4.0;
         let shown_by = |judged: &[PairDetection]| -> Vec<Option<Shown>> {
@@ -356,7 +368,20 @@ impl Detector {
                 *judged = again;
             }
         }
+        all
     }
+}
+
+/// The recording with what a single camera did undone, if anything was.
+fn repaired(recording: &Recording, bodies: &[(&Body, Option<&Undone>)], scales: Option<&[f64]>) -> Option<Recording> {
+    let changed = |(_, undone): &(&Body, Option<&Undone>)| undone.is_some_and(|undone| undone.gain.gain != 1.0);
+    let scaled = scales.is_some_and(|scales| scales.iter().any(|factor| *factor != 1.0));
+    if !scaled && !bodies.iter().any(changed) {
+        return None;
+    }
+    let factors = scales.map_or_else(|| vec![1.0; bodies.len()], <[f64]>::to_vec);
+    let bodies = bodies.iter().zip(factors).map(|((body, _), factor)| body.scaled(factor)).collect();
+    Recording::new(recording.frame_numbers().to_vec(), recording.times().map(<[f64]>::to_vec), bodies).ok()
 }
 
 /// A body's motion, its poses as uncertain as the depth gain that was undone.

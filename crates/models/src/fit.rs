@@ -84,6 +84,22 @@ impl JointFit {
         }
     }
 
+    /// The same fit in coordinates of the reference that are `reference` times as large, and of the moving body that are
+    /// `moving` times as large.
+    ///
+    /// Positions are known for angles or lengths by the mobility of the evidence, angles first; without evidence they stay.
+    #[must_use]
+    pub fn scaled(mut self, reference: f64, moving: f64) -> Self {
+        self.residual_rms = self.residual_rms.map(|rms| rms * reference);
+        self.axis_uncertainty = self.axis_uncertainty.map(|uncertainty| uncertainty.scaled(reference));
+        self.axis_in_moving = self.axis_in_moving.map(|axis| axis.scaled(moving));
+        self.joint.axis = self.joint.axis.map(|axis| axis.scaled(reference));
+        if let Some((positions, evidence)) = self.joint.positions.as_mut().zip(self.evidence) {
+            positions.scale_lengths(usize::from(evidence.mobility.turns), reference);
+        }
+        self
+    }
+
     /// States how far the samples are from the joint, metres.
     #[must_use]
     pub fn with_residual(mut self, rms: f64) -> Self {
@@ -199,6 +215,14 @@ pub struct AxisUncertainty {
     pub distance: Option<f64>,
 }
 
+impl AxisUncertainty {
+    /// The same in coordinates that are `factor` times as large.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { distance: self.distance.map(|distance| distance * factor), ..*self }
+    }
+}
+
 /// A fitted joint. A rigid connection has neither axis nor positions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Joint {
@@ -275,6 +299,12 @@ impl Positions {
             let ranges = ranges.unwrap_or_else(|| row.iter().map(|&q| [q, q]).collect::<Vec<_>>());
             Some(ranges.iter().zip(row).map(|(&[least, most], &q)| [least.min(q), most.max(q)]).collect())
         })
+    }
+
+    fn scale_lengths(&mut self, angles: usize, factor: f64) {
+        for row in self.values.chunks_exact_mut(self.freedoms) {
+            row.iter_mut().skip(angles).for_each(|q| *q *= factor);
+        }
     }
 
     /// The same positions counted in the opposite direction.

@@ -1,6 +1,6 @@
 //! One rigid body as it was observed.
 
-use crate::{MotionError, Pose, Tracks};
+use crate::{MotionError, Pose, Tracks, scaled_pose};
 
 /// What was observed of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +69,21 @@ impl Body {
     /// A body that rests in the recording's coordinates throughout: the world.
     pub fn at_rest(name: impl Into<String>, frames: usize) -> Self {
         Self { name: name.into(), observation: Observation::AtRest(frames) }
+    }
+
+    /// The same body with all its positions multiplied by `factor` about the origin of the recording.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let observation = match &self.observation {
+            Observation::Points { labels, tracks } => {
+                Observation::Points { labels: labels.clone(), tracks: tracks.scaled(factor) }
+            }
+            Observation::Poses(poses) => {
+                Observation::Poses(poses.iter().map(|pose| pose.map(|pose| scaled_pose(&pose, factor))).collect())
+            }
+            Observation::AtRest(frames) => Observation::AtRest(*frames),
+        };
+        Self { name: self.name.clone(), observation }
     }
 
     /// The body's name.

@@ -55,7 +55,7 @@ pub use recording::Recording;
 pub use registration::{RegistrationError, register};
 pub use registration_in_lanes::register_frames;
 pub use relative_motion::{Lengths, RelativeMotion, RelativeMotionError, Trajectories, Trajectory};
-pub use scale::linear_scales;
+pub use scale::{linear_scales, scaled_pose};
 pub use selection::evenly;
 pub use settings::{DepthGainSetting, MotionSettings, NoiseSetting, Registration};
 pub use tracks::Tracks;

@@ -1,9 +1,9 @@
 //! Where the search for the scale of a pair begins: closed forms that joints with a common point, none or a common line
 //! leave of it.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Translation3, Vector3};
 
-use crate::BodyMotion;
+use crate::{BodyMotion, Pose};
 
 /// Singular values, as a share of the largest, below which unknowns count as not seen.
 const UNSEEN: f64 = 1e-3;
@@ -51,6 +51,11 @@ pub fn linear_scales(reference: &BodyMotion<'_>, moving: &BodyMotion<'_>) -> Vec
     });
     let found = [rigid, point, along_a_line(&frames)].into_iter().flatten();
     found.filter(|scale| scale.is_finite() && *scale > 0.0).collect()
+}
+
+/// The pose of a body that is `factor` times as large, and as far away.
+pub fn scaled_pose(pose: &Pose, factor: f64) -> Pose {
+    Pose::from_parts(Translation3::from(pose.translation.vector * factor), pose.rotation)
 }
 
 /// What a frame shows of the two bodies, in the recording's coordinates.

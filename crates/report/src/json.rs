@@ -19,7 +19,12 @@ pub fn to_json(detection: &Detection) -> String {
     let result = Result {
         format: "jointscope-detection",
         version: 1,
-        recording: Recording { bodies: &detection.bodies, frames: detection.frames, duration: detection.duration },
+        recording: Recording {
+            bodies: &detection.bodies,
+            frames: detection.frames,
+            duration: detection.duration,
+            scales: detection.scales.as_deref(),
+        },
         pairs: detection.pairs.iter().map(Pair::of).collect(),
         structure: Structure::of(detection),
     };
@@ -42,6 +47,7 @@ struct Recording<'d> {
     bodies: &'d [String],
     frames: usize,
     duration: Option<f64>,
+    scales: Option<&'d [f64]>,
 }
 
 #[derive(Serialize)]

@@ -8,7 +8,8 @@ use jointscope_motion::Recording;
 pub struct Report<'a> {
     /// The joints.
     pub detection: &'a Detection,
-    /// The recording, with the same bodies; one that has the world in addition, or lacks it, will do.
+    /// The recording, or [`Detection::repaired`] where there is one, with the same bodies; one that has the world in
+    /// addition, or lacks it, will do.
     pub recording: &'a Recording,
     /// The configuration's text, to be shown; may be empty.
     pub settings: &'a str,

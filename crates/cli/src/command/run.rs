@@ -103,7 +103,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for &index in &explained {
         detection.pairs[index].explanation = Some(detector.explain(&detection.pairs[index]));
     }
-    let report = Report { detection: &detection, recording: &recording, settings: &file.text };
+    let shown = detection.repaired.as_ref().unwrap_or(&recording);
+    let report = Report { detection: &detection, recording: shown, settings: &file.text };
     if let Some(folder) = &arguments.out {
         #[cfg_attr(not(feature = "mcap"), allow(unused_mut))]
         let mut files = files(&report, &wanted);

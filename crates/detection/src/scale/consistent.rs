@@ -43,6 +43,21 @@ pub(crate) fn agree(bodies: usize, shown: &[Shown], (from, to): (usize, usize)) 
     Some(Belief { mean: solution.dot(&right), deviation })
 }
 
+/// By what every body is multiplied to be in one scale with the others: 1 for the `base`, or the first of a group of
+/// bodies that chains of pairs connect.
+pub(crate) fn factors(bodies: usize, base: Option<usize>, shown: &[Shown]) -> Vec<f64> {
+    let groups = groups(bodies, shown);
+    let leader = |body: usize| {
+        let base = base.filter(|base| groups[*base] == groups[body]);
+        base.or_else(|| groups.iter().position(|group| *group == groups[body])).unwrap_or(body)
+    };
+    let factor = |body: usize| match leader(body) {
+        leader if leader == body => 1.0,
+        leader => agree(bodies, shown, (leader, body)).map_or(1.0, |belief| belief.mean.exp()),
+    };
+    (0..bodies).map(factor).collect()
+}
+
 fn weight(shown: &Shown) -> f64 {
     shown.standard_error.max(1e-9).powi(-2)
 }
@@ -84,5 +99,15 @@ mod tests {
         let belief = agree(4, &chain, (2, 0)).expect("connected");
         assert!((belief.mean + 0.3).abs() < 1e-9 && (belief.deviation - 0.05).abs() < 1e-9, "{belief:?}");
         assert_eq!(agree(4, &chain, (0, 3)), None);
+    }
+
+    #[test]
+    fn bodies_are_put_into_the_scale_of_the_base_or_of_the_first_of_their_group() {
+        let shown = [shown((0, 1), 0.1, 0.01), shown((1, 2), 0.2, 0.01)];
+        let logarithms =
+            |base| factors(4, base, &shown).into_iter().map(|x| (x.ln() * 1e9).round() / 1e9).collect::<Vec<_>>();
+        assert_eq!(logarithms(None), [0.0, 0.1, 0.3, 0.0]);
+        assert_eq!(logarithms(Some(2)), [-0.3, -0.2, 0.0, 0.0]);
+        assert_eq!(logarithms(Some(3)), [0.0, 0.1, 0.3, 0.0]);
     }
 }

@@ -5,6 +5,7 @@
 mod closed_form;
 mod consistent;
 mod grid;
+mod one_scale;
 
 use std::collections::BTreeMap;
 
@@ -12,8 +13,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use closed_form::{Belief, Estimate, estimate};
-pub(crate) use consistent::{Shown, agree};
+pub(crate) use consistent::{Shown, agree, factors};
 pub(crate) use grid::over_the_grid;
+pub(crate) use one_scale::rescale;
 
 use jointscope_models::{JointModel, lower_pair};
 

@@ -3,15 +3,15 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use nalgebra::{Matrix6, Translation3, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::{BodyMotion, Outlier};
-use crate::Pose;
 use crate::line::Line;
 use crate::noise::Spread;
 use crate::poses::Shape;
 use crate::robust::Registered;
 use crate::tracked::Mended;
+use crate::{Pose, scaled_pose};
 
 impl BodyMotion<'_> {
     /// The same body with all its positions multiplied by `factor` about the origin of the recording, which is where a
@@ -29,7 +29,8 @@ impl BodyMotion<'_> {
         assert!(factor > 0.0 && factor.is_finite(), "a scale is a positive number");
         let units = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 1.0, factor, factor, factor));
         let carried = |covariance: &Matrix6<f64>| units * covariance * units;
-        let poses = |poses: &[Option<Pose>]| poses.iter().map(|pose| pose.map(|pose| larger(&pose, factor))).collect();
+        let poses =
+            |poses: &[Option<Pose>]| poses.iter().map(|pose| pose.map(|pose| scaled_pose(&pose, factor))).collect();
         Self {
             name: self.name,
             tracks: Cow::Owned(self.tracks.scaled(factor)),
@@ -90,10 +91,6 @@ impl BodyMotion<'_> {
         };
         posed.iter().map(departure).sum::<f64>() < 2.0 * MOVED * MOVED * count
     }
-}
-
-fn larger(pose: &Pose, factor: f64) -> Pose {
-    Pose::from_parts(Translation3::from(pose.translation.vector * factor), pose.rotation)
 }
 
 fn larger_shape(shape: &Shape, factor: f64) -> Shape {
