@@ -2,7 +2,7 @@
 
 use jointscope_detection::{Detection, JointKind, PairDetection};
 use jointscope_models::Axis;
-use jointscope_motion::{Body, Observation, Pose, Recording};
+use jointscope_motion::{Body, Observation, Pose, Recording, scaled_pose};
 use nalgebra::{Point3, Vector3, distance};
 
 use crate::joint_motion::{JointMotion, median};
@@ -36,12 +36,20 @@ impl PairView {
         let posed = |body: usize| detection.poses[body].iter().any(Option::is_some);
         let swapped = !posed(reference) && posed(moving);
         let (viewer, seen) = if swapped { (moving, reference) } else { (reference, moving) };
-        let trajectories = recording
-            .bodies()
-            .get(seen)
-            .map_or_else(Vec::new, |body| seen_from(&detection.poses[viewer], &places(body, &detection.poses[seen])));
+        // Where every pair has a scale of its own, only pictures of the pair can show it.
+        let own = pair.scale.as_ref().filter(|_| detection.scales.is_none()).and_then(|scale| scale.factor);
+        let at_scale = |body: usize| own.filter(|_| body == moving).unwrap_or(1.0);
+        let posed_at_scale = |body: usize| -> Vec<Option<Pose>> {
+            let larger = |pose: &Option<Pose>| pose.as_ref().map(|pose| scaled_pose(pose, at_scale(body)));
+            detection.poses[body].iter().map(larger).collect()
+        };
+        let trajectories = recording.bodies().get(seen).map_or_else(Vec::new, |body| {
+            let places = places(&body.scaled(at_scale(seen)), &posed_at_scale(seen));
+            seen_from(&posed_at_scale(viewer), &places)
+        });
         let opposite = |axis: Axis| Axis { direction: axis.direction.map(|direction| -direction), ..axis };
-        let axis = if swapped { pair.axis_in_moving.map(opposite) } else { pair.axis };
+        let axis =
+            if swapped { pair.axis_in_moving.map(|axis| opposite(axis.scaled(at_scale(moving)))) } else { pair.axis };
         let square = |noise: Option<f64>| noise.unwrap_or(0.0).powi(2);
         let noise = (square(pair.noise_reference.position) + square(pair.noise_moving.position)).sqrt();
         let joint = JointMotion::of(detection, pair);

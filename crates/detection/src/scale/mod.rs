@@ -91,12 +91,13 @@ pub(crate) fn stand_in(kind: JointKind) -> Option<Box<dyn JointModel>> {
     Some(match kind {
         JointKind::Rigid => Box::new(lower_pair::Rigid::default()),
         JointKind::Prismatic => Box::new(lower_pair::Prismatic::default()),
-        JointKind::Revolute => Box::new(lower_pair::Revolute::default()),
+        // An ellipse shows the scale as the circle that it once was.
+        JointKind::Revolute | JointKind::Elliptical { .. } => Box::new(lower_pair::Revolute::default()),
         JointKind::Screw { .. } => Box::new(lower_pair::Screw::default()),
         JointKind::Cylindrical => Box::new(lower_pair::Cylindrical::default()),
         JointKind::Planar => Box::new(lower_pair::Planar::default()),
         JointKind::Spherical | JointKind::Universal => Box::new(lower_pair::Spherical::default()),
-        JointKind::Elliptical { .. } | JointKind::Disconnected => return None,
+        JointKind::Disconnected => return None,
     })
 }
 

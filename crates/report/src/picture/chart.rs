@@ -133,6 +133,22 @@ impl Chart {
         );
     }
 
+    /// A word above a place, which it does not leave the chart for.
+    pub(crate) fn word(&mut self, [x, y]: [f64; 2], word: &str, colour: &str) {
+        // About the width of a letter.
+        const LETTER: f64 = 6.0;
+        let half = 0.5 * LETTER * word.chars().count() as f64;
+        let x = self.across.at(x).clamp(LEFT + half, (WIDTH - RIGHT - half).max(LEFT + half));
+        let class = if colour == FAINT { "faint" } else { "ink" };
+        let _ = write!(
+            self.marks,
+            "<text class=\"{class}\" x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-size=\"10.5\" fill=\"{colour}\">{}</text>",
+            pixel(x),
+            pixel(self.up.at(y) - 4.0),
+            escaped(word)
+        );
+    }
+
     /// A line through points; a gap where there is none.
     pub(crate) fn line(&mut self, points: impl IntoIterator<Item = Option<[f64; 2]>>, colour: &str, opacity: f64) {
         let mut path = String::new();

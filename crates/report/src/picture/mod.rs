@@ -5,6 +5,7 @@ mod fit;
 mod models;
 pub(crate) mod pair;
 mod plane;
+mod scale;
 mod scene;
 pub(crate) mod style;
 

@@ -9,11 +9,13 @@ use super::{
     fit::fit,
     models::models,
     plane::{Clock, Plane, framed, joined, unit},
+    scale::scores,
     style::{AXIS, BAND, FAINT},
 };
 use crate::pair_view::{PairView, reach};
 
-/// Charts of a pair: the relative motion, how the joint fits it, positions, residuals, models; of the bodies' colours
+/// Charts of a pair: the relative motion, how the joint fits it, positions, residuals, scores over
+/// scales, models; of the bodies' colours
 /// that of the one seen. About `most` points are drawn in each.
 pub(crate) fn charts(
     pair: &PairDetection,
@@ -28,6 +30,7 @@ pub(crate) fn charts(
     charts.extend(fit(view, &clock, colour, most));
     charts.extend(positions(pair, view, &clock, colour, most));
     charts.extend(residuals(view, &clock, colour, most));
+    charts.extend(scores(pair));
     charts.push(models(pair));
     charts
 }
