@@ -1,0 +1,45 @@
+//! What twice as many frames, features and pairs cost.
+
+use jointscope_detection::Detector;
+use jointscope_motion::Recording;
+use jointscope_scenes::workloads::{hinge, kitchen};
+
+use crate::alternation::{Contestant, FEW_ROUNDS, alternate};
+use crate::document::{Document, Doubling};
+use crate::floor::beyond_caches;
+use crate::thesis::{detect, detector, threads};
+
+/// Bodies that make twice as many pairs each time, nearly: 10, 21, 45.
+const BODIES: [usize; 3] = [5, 7, 10];
+
+pub(crate) fn measure(document: &mut Document) {
+    let thesis = detector(false);
+    let likelihood = crate::likelihood::detector();
+    for (name, detector) in [("thesis", &thesis), ("likelihood", &likelihood)] {
+        let of_one = |frames, features| hinge(frames, features, 1002).expect("a workload").recording;
+        let frames = [250, 500, 1000, 2000].map(|frames| (format!("{frames} frames"), of_one(frames, 20)));
+        series(document, &format!("frames of 20 features, {name}"), detector, &frames);
+        let features = [10, 20, 40, 80].map(|features| (format!("{features} features"), of_one(500, features)));
+        series(document, &format!("features of 500 frames, {name}"), detector, &features);
+        let of_all = |bodies| kitchen(bodies, 250, 20, 1003).expect("a workload").recording;
+        let pairs = BODIES.map(|bodies| (format!("{} pairs", bodies * (bodies - 1) / 2), of_all(bodies)));
+        series(document, &format!("pairs of 250 frames of 20 features, {name}"), detector, &pairs);
+    }
+}
+
+fn series(document: &mut Document, what: &str, detector: &Detector, sizes: &[(String, Recording)]) {
+    let pool = threads(1);
+    let work = |(size, recording): &'_ (String, Recording)| {
+        let (detector, pool, recording) = (detector, &pool, recording.clone());
+        (size.clone(), move || drop(detect(detector, pool, &recording)))
+    };
+    let contestants = sizes.iter().map(work).map(|(size, work)| Contestant::repeated(size, 1, work)).collect();
+    let times = alternate(document, what, FEW_ROUNDS, &beyond_caches(), contestants);
+    for pair in sizes.windows(2) {
+        let (from, to) = (&pair[0].0, &pair[1].0);
+        if let Some((factor, time)) = times.ratio(to, from).zip(times.seconds(from)) {
+            let time = time.median;
+            document.doubling(Doubling { what: what.into(), from: from.clone(), to: to.clone(), time, factor });
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! S8 and S9: detection by likelihood, of one pair and of all pairs.
+
+use std::borrow::Cow;
+
+use jointscope_detection::{Configuration, Detector};
+use jointscope_models::Catalog;
+use jointscope_motion::{BodyMotion, MotionSettings};
+use jointscope_scenes::{SceneOptions, simulate, workloads::kitchen};
+
+use crate::alternation::{Contestant, FEW_ROUNDS, ROUNDS, alternate};
+use crate::document::Document;
+use crate::floor::beyond_caches;
+use crate::row::{Row, Wanted};
+use crate::thesis::{detect, numbers, threads};
+
+/// Pairs of W3 that are judged in a round: neighbours by name.
+const PAIRS: usize = 49;
+
+pub(crate) fn detector() -> Detector {
+    Detector::new(Configuration::parse("", &Catalog::linked().expect("unique names")).expect("valid"))
+}
+
+pub(crate) fn measure(document: &mut Document) {
+    one_pair(document);
+    all_pairs(document);
+}
+
+fn one_pair(document: &mut Document) {
+    let (detector, pool, settings) = (detector(), threads(1), MotionSettings::default());
+    let scenes = ["rigid", "revolute", "planar", "disconnected"].map(|joint| {
+        let options = SceneOptions { seed: 1008, ..SceneOptions::default() };
+        (joint, simulate(joint, &options).expect("a scene").recording)
+    });
+    let floor = beyond_caches();
+    let mut contestants = Vec::new();
+    for (joint, recording) in &scenes {
+        let (detector, pool) = (&detector, &pool);
+        let all = format!("{joint} pair");
+        contestants.push(Contestant::repeated(all, 2, move || drop(detect(detector, pool, recording))));
+    }
+    let registrations = || scenes[1].1.bodies().iter().map(|body| BodyMotion::of(body, &settings));
+    contestants.push(Contestant::repeated("both registrations alone", 5, move || {
+        std::hint::black_box(registrations().map(|motion| motion.pose_covariances().len()).sum::<usize>());
+    }));
+    let names: Vec<String> = scenes.iter().map(|(joint, _)| format!("{joint} pair")).collect();
+    let times = alternate(document, "likelihood, one pair", ROUNDS, &floor, contestants);
+    for (name, (joint, recording)) in names.iter().zip(&scenes) {
+        let Some(measured) = times.seconds(name) else { continue };
+        let found = detect(&detector, &pool, recording).pairs.remove(0).verdict.joint;
+        document.row(Row {
+            goal: "S8",
+            what: format!("by likelihood, all models with both registrations, 50 frames of 20 features: a {name}"),
+            wanted: Wanted::AtMost(2.0),
+            unit: "ms",
+            measured: measured.times(1e3),
+            fault: (found != *joint).then(|| format!("the verdict is {found}")),
+            bound: match *joint {
+                "rigid" => "faint motion is fitted five times, with frames merged in four ways",
+                _ => "iterations of the fits",
+            },
+        });
+    }
+    if let Some(measured) = times.seconds("both registrations alone") {
+        document.row(Row {
+            goal: "S8",
+            what: "both registrations alone".into(),
+            wanted: Wanted::Nothing,
+            unit: "ms",
+            measured: measured.times(1e3),
+            fault: None,
+            bound: "",
+        });
+    }
+}
+
+fn all_pairs(document: &mut Document) {
+    let recording = kitchen(50, 1000, 40, 1003).expect("a workload").recording;
+    let detector = detector();
+    let names: Vec<&str> = recording.bodies().iter().map(jointscope_motion::Body::name).collect();
+    let pairs: Vec<[String; 2]> =
+        names.windows(2).take(PAIRS).map(|pair| [pair[0].to_owned(), pair[1].to_owned()]).collect();
+    let all = names.len() * (names.len() - 1) / 2;
+    let floor = numbers(&recording);
+    let judge = |threads: &rayon::ThreadPool| {
+        let watched = || detector.detect_watched(Cow::Borrowed(&recording), Some(&pairs), &|_, _| ());
+        threads.install(watched).expect("known bodies")
+    };
+    let [one, two] = [1, 2].map(threads);
+    let differs = judge(&one) != judge(&two);
+    let contestants = vec![Contestant::awaited("two threads", || drop(judge(&two)))];
+    let times = alternate(document, "likelihood, W3", FEW_ROUNDS, &floor, contestants);
+    if let Some(measured) = times.seconds("two threads") {
+        document.row(Row {
+            goal: "S9",
+            what: format!("W3 by likelihood, 2 threads: {all} pairs, from {PAIRS} of them"),
+            wanted: Wanted::AtMost(10.0),
+            unit: "s",
+            measured: measured.times(all as f64 / pairs.len() as f64),
+            fault: differs.then(|| "two threads find something else than one".to_owned()),
+            bound: "iterations of the fits",
+        });
+    }
+}

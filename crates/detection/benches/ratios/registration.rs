@@ -1,0 +1,196 @@
+//! S1 to S3: registrations of many frames to one shape.
+
+use std::hint::black_box;
+use std::path::Path;
+
+use jointscope_motion::{Pose, Tracks, register, register_frames};
+use jointscope_scenes::workloads::{Registrations, registrations};
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use crate::alternation::{Contestant, ROUNDS, Times, alternate};
+use crate::document::Document;
+use crate::peer::{Peer, write_numbers};
+use crate::row::{Row, Wanted};
+
+const FRAMES: usize = 100_000;
+const FEATURES: usize = 50;
+/// Frames that peers register, so that a round does not last minutes.
+const FRAMES_OF_PEERS: usize = 20_000;
+/// Angle by which the registrations compared may differ, radians, or entries of their matrices: all are exact up to
+/// rounding.
+const SAME: f64 = 1e-10;
+
+/// Registration as one would write it with nalgebra's singular value decomposition.
+fn by_svd(source: &[Point3<f64>], target: &[Point3<f64>]) -> Option<Pose> {
+    let count = source.len() as f64;
+    let p = source.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count;
+    let q = target.iter().map(|q| q.coords).sum::<Vector3<f64>>() / count;
+    let h: Matrix3<f64> = source.iter().zip(target).map(|(a, b)| (a.coords - p) * (b.coords - q).transpose()).sum();
+    let rotation = rotation_by_svd(h)?;
+    Some(Pose::from_parts(Translation3::from(q - rotation * p), rotation))
+}
+
+fn rotation_by_svd(h: Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
+    let svd = h.svd(true, true);
+    let (u, v) = (svd.u?, svd.v_t?.transpose());
+    let sign = (v * u.transpose()).determinant().signum();
+    let rotation = v * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * u.transpose();
+    Some(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)))
+}
+
+/// Whether the poses found in lanes are those of the scalar solve and of nalgebra's decomposition.
+fn fault(work: &Registrations, poses: &[Option<Pose>]) -> Option<String> {
+    for frame in (0..poses.len()).step_by(97) {
+        let (reference, target) = (&work.reference, work.tracks.frame(frame));
+        let scalar = register(reference.iter().zip(target)).ok();
+        for (name, other) in [("the scalar solve", scalar), ("nalgebra's decomposition", by_svd(reference, target))] {
+            let same = poses[frame].zip(other).is_some_and(|(a, b)| a.rotation.angle_to(&b.rotation) < SAME);
+            if !same {
+                return Some(format!("frame {frame} differs from {name}"));
+            }
+        }
+    }
+    None
+}
+
+fn numbers(tracks: &Tracks, frames: usize) -> Vec<f64> {
+    (0..frames).flat_map(|frame| tracks.frame(frame)).flat_map(|point| [point.x, point.y, point.z]).collect()
+}
+
+pub(crate) fn measure(document: &mut Document) {
+    let work = registrations(FRAMES, FEATURES, 1001).expect("a workload");
+    let shape: Vec<_> = work.reference.iter().copied().map(Some).collect();
+    let floor = numbers(&work.tracks, FRAMES);
+    let mut poses = vec![None; FRAMES];
+    register_frames(&shape, &work.tracks, &mut poses);
+    let fault = fault(&work, &poses);
+
+    let ours = Contestant::repeated("ours", 1, || register_frames(&shape, black_box(&work.tracks), &mut poses));
+    let times = alternate(document, "W1 beside reading", ROUNDS, &floor, vec![ours]);
+    if let Some(measured) = times.ratio("ours", "floor") {
+        document.row(Row {
+            goal: "S1",
+            what: "W1: registering, by reading the same positions once".into(),
+            wanted: Wanted::AtMost(1.4),
+            unit: "×",
+            measured,
+            fault: fault.clone(),
+            bound: "arithmetic between reads, without instructions to prefetch",
+        });
+    }
+    beside_peers(document, &work, fault.as_ref());
+    rotations(document);
+}
+
+fn beside_peers(document: &mut Document, work: &Registrations, fault: Option<&String>) {
+    let folder = tempfile::tempdir().expect("a folder of temporary files");
+    let floor = numbers(&work.tracks, FRAMES_OF_PEERS);
+    write_numbers(&folder.path().join("frames.f64"), &floor);
+    let of_reference = work.reference.iter().flat_map(|point| [point.x, point.y, point.z]);
+    write_numbers(&folder.path().join("reference.f64"), &of_reference.collect::<Vec<_>>());
+    let positions = (0..FRAMES_OF_PEERS).flat_map(|frame| work.tracks.frame(frame).to_vec()).collect();
+    let tracks = Tracks::new(FEATURES, positions).expect("whole frames");
+    let shape: Vec<_> = work.reference.iter().copied().map(Some).collect();
+    let mut poses = vec![None; FRAMES_OF_PEERS];
+    register_frames(&shape, &tracks, &mut poses);
+    let sample: Vec<f64> = (0..1000).step_by(97).flat_map(|frame| row_major(poses[frame])).collect();
+
+    let ours = Contestant::new("ours", || per_frame(|| register_frames(&shape, black_box(&tracks), &mut poses)));
+    let svd = Contestant::new("nalgebra", || {
+        per_frame(|| {
+            let poses = (0..FRAMES_OF_PEERS).filter_map(|frame| by_svd(&work.reference, tracks.frame(frame)));
+            black_box(poses.map(|pose| pose.translation.x).sum::<f64>());
+        })
+    });
+    let mut contestants = vec![ours, svd];
+    let mut faults = Vec::new();
+    for (start, names) in [
+        (Peer::cpp as fn(&str, &Path) -> _, &["registration.cpp", "Eigen"][..]),
+        (Peer::python, &["registration.py", "numpy", "scipy"]),
+    ] {
+        match start(names[0], folder.path()) {
+            Ok(peer) => {
+                let peer = std::rc::Rc::new(std::cell::RefCell::new(peer));
+                for &name in &names[1..] {
+                    let found = peer.borrow_mut().run(name);
+                    let same = found.is_some_and(|(_, theirs)| {
+                        theirs.len() == sample.len() && theirs.iter().zip(&sample).all(|(a, b)| (a - b).abs() < SAME)
+                    });
+                    if !same {
+                        faults.push(name);
+                    }
+                    let peer = peer.clone();
+                    contestants.push(Contestant::new(name, move || {
+                        peer.borrow_mut().run(name).map_or(f64::NAN, |(seconds, _)| seconds)
+                    }));
+                }
+            }
+            Err(reason) => document.absent(reason),
+        }
+    }
+    let times = alternate(document, "W1 beside peers", ROUNDS, &floor, contestants);
+    for (name, what, least) in [
+        ("Eigen", "Eigen's `umeyama`", 8.0),
+        ("numpy", "the best of numpy, batched", 18.0),
+        ("scipy", "a loop over scipy's `align_vectors`", 400.0),
+        ("nalgebra", "a loop over nalgebra's decomposition", f64::NAN),
+    ] {
+        let Some(measured) = times.ratio(name, "ours") else { continue };
+        let differs = faults.contains(&name).then(|| "its results differ".to_owned());
+        document.row(Row {
+            goal: "S2",
+            what: format!("W1: {what}, by ours"),
+            wanted: if least.is_nan() { Wanted::Nothing } else { Wanted::AtLeast(least) },
+            unit: "×",
+            measured,
+            fault: fault.cloned().or(differs),
+            bound: if least.is_nan() { "" } else { "ours is at the speed of memory" },
+        });
+    }
+}
+
+/// S3: of frames of so few features that the rotation is nearly all of the work.
+fn rotations(document: &mut Document) {
+    const FEW: usize = 4;
+    const FRAMES: usize = 10_000;
+    let work = registrations(FRAMES, FEW, 1001).expect("a workload");
+    let shape: Vec<_> = work.reference.iter().copied().map(Some).collect();
+    let mut poses = vec![None; FRAMES];
+    register_frames(&shape, &work.tracks, &mut poses);
+    let fault = fault(&work, &poses);
+    let centre = work.reference.iter().map(|p| p.coords).sum::<Vector3<f64>>() / FEW as f64;
+    let covariance = |frame: usize| -> Matrix3<f64> {
+        let pairs = work.reference.iter().zip(work.tracks.frame(frame));
+        pairs.map(|(p, q)| (p.coords - centre) * q.coords.transpose()).sum()
+    };
+    let covariances: Vec<Matrix3<f64>> = (0..FRAMES).map(covariance).collect();
+    let contestants = vec![
+        Contestant::repeated("ours", 10, || register_frames(&shape, black_box(&work.tracks), &mut poses)),
+        Contestant::repeated("nalgebra", 1, || {
+            let rotations = black_box(&covariances).iter().filter_map(|h| rotation_by_svd(*h));
+            black_box(rotations.map(|rotation| rotation.w).sum::<f64>());
+        }),
+    ];
+    let floor = crate::floor::beyond_caches();
+    let times: Times = alternate(document, "rotations", ROUNDS, &floor, contestants);
+    if let Some(measured) = times.ratio("nalgebra", "ours") {
+        document.row(Row {
+            goal: "S3",
+            what: "the rotation alone by nalgebra's decomposition, by ours with sums and poses of four features".into(),
+            wanted: Wanted::AtLeast(30.0),
+            unit: "×",
+            measured,
+            fault,
+            bound: "sums, poses and the check of each frame are in ours only",
+        });
+    }
+}
+
+fn row_major(pose: Option<Pose>) -> Vec<f64> {
+    let matrix = pose.unwrap_or_default().rotation.to_rotation_matrix();
+    matrix.matrix().transpose().iter().copied().collect()
+}
+
+fn per_frame(work: impl FnMut()) -> f64 {
+    crate::alternation::seconds_of(1, work) / FRAMES_OF_PEERS as f64
+}
