@@ -104,13 +104,12 @@ fn the_readme_shows_what_its_commands_print() {
         readme.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).expect("the fridge's result");
     let printed = printed_by(&["run", "--config", "configs/fridge.toml"]);
     assert!(say_the_same(shown, &printed), "the fridge: the README shows\n{shown}\nbut it is\n{printed}");
-    for (command, head) in [(["reproduce", "table2"], "| theta"), (["reproduce", "experiments"], "| experiment")] {
-        let (shown, printed) = (table(&readme, head), table(&printed_by(&command), head));
-        assert!(
-            !printed.is_empty() && say_the_same(&shown, &printed),
-            "{command:?}: the README shows\n{shown}\nbut it is\n{printed}"
-        );
-    }
+    // That of the experiments takes minutes in a build for tests: continuous integration compares it in a release.
+    let (shown, printed) = (table(&readme, "| theta"), table(&printed_by(&["reproduce", "table2"]), "| theta"));
+    assert!(
+        !printed.is_empty() && say_the_same(&shown, &printed),
+        "Table 2: the README shows\n{shown}\nbut it is\n{printed}"
+    );
 }
 
 #[test]
