@@ -113,6 +113,16 @@ fn the_readme_shows_what_its_commands_print() {
 }
 
 #[test]
+fn the_model_that_the_page_on_plugins_shows_is_the_one_that_is_tested() {
+    let read = |path: &str| fs::read_to_string(Path::new(PROJECT).join(path)).expect("a file");
+    let (page, model) = (read("docs/plugins.md"), read("tests/src/gantry.rs"));
+    let begins = "```rust\nimpl JointModel for Gantry";
+    let shown = page.split(begins).nth(1).and_then(|rest| rest.split("```").next()).expect("the model");
+    let whole = model.split("\nimpl JointModel for Gantry").nth(1).expect("the model");
+    assert_eq!(shown, whole);
+}
+
+#[test]
 fn every_link_between_documents_leads_somewhere() {
     /// An example that may be deleted; nothing but links knows of it.
     const EXAMPLE: &str = "examples/gear-coupled";

@@ -2,7 +2,7 @@
 
 use jointscope_models::{Axis, Confidence, FitError, Joint, JointFit, JointModel, joint_model};
 use jointscope_motion::RelativeMotion;
-use nalgebra::{DMatrix, DVector, Point3};
+use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,21 +37,23 @@ impl JointModel for CommonCentre {
         if samples == 0 {
             return Err(FitError::TooFewFrames { needed: 4, found: motion.frames().len() });
         }
+        // About the middle of it all, where squares lose fewest digits.
+        let middle = motion.first_centroid();
         let unknowns = 3 + trajectories.len();
         let (mut normal, mut right) = (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns));
         for (feature, trajectory) in trajectories.iter().enumerate() {
-            for p in trajectory.points {
+            for p in trajectory.points.iter().map(|p| p - middle) {
                 let mut row = DVector::zeros(unknowns);
-                row.fixed_rows_mut::<3>(0).copy_from(&(2.0 * p.coords));
+                row.fixed_rows_mut::<3>(0).copy_from(&(2.0 * p));
                 row[3 + feature] = 1.0;
                 normal += &row * row.transpose();
-                right += row * p.coords.norm_squared();
+                right += row * p.norm_squared();
             }
         }
         let Some(solution) = normal.cholesky().map(|cholesky| cholesky.solve(&right)) else {
             return Ok(JointFit::new(Confidence::ZERO, Joint::default()));
         };
-        let centre = Point3::from(solution.fixed_rows::<3>(0).into_owned());
+        let centre = middle + solution.fixed_rows::<3>(0);
         let (mut off, mut reach) = (0.0, 0.0);
         for trajectory in &trajectories {
             let distances: Vec<f64> = trajectory.points.iter().map(|p| (p - centre).norm()).collect();

@@ -1,6 +1,7 @@
-//! What the tests share, and a joint model written outside the project's crates.
+//! What the tests share, and joint models written outside the project's crates.
 
 pub mod common_centre;
+pub mod gantry;
 pub mod real;
 
 use jointscope_detection::{Configuration, Detector};

@@ -99,6 +99,13 @@ pub struct RecordingSettings {
     pub frames: Option<usize>,
 }
 
+impl RecordingSettings {
+    /// The files, one or several, relative to the configuration's folder; `None` if a scene or nothing is named.
+    pub fn files(&self) -> Option<&[PathBuf]> {
+        self.paths.as_deref().or(self.path.as_ref().map(std::slice::from_ref))
+    }
+}
+
 /// What is written of the result. Writing it is the program's task.
 #[allow(clippy::struct_excessive_bools, reason = "every file is a switch of its own")]
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -89,7 +89,7 @@ impl Detector {
         let watched: Vec<Watched<'_>> = bodies
             .par_iter()
             .map(|&(body, undone)| {
-                Watched::of(registered(body, undone, settings), body, undone.map(|u| u.gain), numbers)
+                Watched::of(registered(body, undone, settings), body, undone.map(|u| u.gain), numbers, settings)
             })
             .collect();
         let done = AtomicUsize::new(0);

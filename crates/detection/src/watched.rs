@@ -1,6 +1,8 @@
 //! A body of a recording, and what is wrong with it, in sentences.
 
-use jointscope_motion::{Body, BodyMotion, DepthGain, Observation};
+use jointscope_motion::{
+    Body, BodyMotion, Deformation, DepthGain, MotionSettings, NoiseSetting, Observation, Registration,
+};
 
 /// A body's motion, and what must be said of it in every pair that it is in.
 pub(crate) struct Watched<'r> {
@@ -17,6 +19,7 @@ impl<'r> Watched<'r> {
         body: &Body,
         depth_gain: Option<DepthGain>,
         frame_numbers: &[u64],
+        settings: &MotionSettings,
     ) -> Self {
         let name = motion.name();
         let unposed = motion.unposed().map(|reason| format!("{name}: {reason}; only its positions count"));
@@ -28,6 +31,8 @@ impl<'r> Watched<'r> {
         notes.extend(left_out(&motion, labels));
         let of_points = matches!(body.observation(), Observation::Points { .. });
         notes.extend(depth_gain.filter(|_| of_points).and_then(|gain| undone(name, gain)));
+        notes.extend(absurd_noise(&motion, settings.noise).filter(|_| of_points));
+        notes.extend(not_rigid(&motion).filter(|_| settings.registration == Registration::Shape));
         let few = few_and_wild(&motion);
         let doubt = motion.outlier().and_then(|outlier| {
             Some(format!(
@@ -62,6 +67,36 @@ fn undone(name: &str, gain: DepthGain) -> Option<String> {
         }
         DepthGain { gain, .. } => Some(format!("{name}: depth changes were compressed to {gain:.3}, which was undone")),
     }
+}
+
+/// Says so if the noise that was set would hide the body itself.
+fn absurd_noise(motion: &BodyMotion<'_>, setting: NoiseSetting) -> Option<String> {
+    let (NoiseSetting::Known(sigma), size) = (setting, motion.size()) else { return None };
+    (size > 0.0 && sigma > size).then(|| {
+        format!(
+            "{}: `noise` under [motion] is {sigma} m, and the body itself measures {size:.3} m: everything is taken for \
+             noise; it is metres per coordinate, and \"estimate\" finds it",
+            motion.name()
+        )
+    })
+}
+
+/// Says so if a body is clearly not rigid as it is seen.
+fn not_rigid(motion: &BodyMotion<'_>) -> Option<String> {
+    /// Departure, in units of the noise from frame to frame, that noise which drifts does not reach unless successive
+    /// errors are correlated by more than 0.9.
+    const BEYOND_NOISE: f64 = 4.5;
+    /// The same as a share of the body's size: five times what rigid bodies of real recordings show.
+    const SOFT: f64 = 0.01;
+    let Deformation { distance, noise } = motion.deformation()?;
+    (distance > BEYOND_NOISE * noise && distance > SOFT * motion.size()).then(|| {
+        format!(
+            "{}: its features do not keep their distances ({:.1} mm beyond noise): a single camera may have compressed its \
+             depth (`depth_gain`), it is more than one body (`inspect --suggest-bodies`), or soft, as skin is",
+            motion.name(),
+            1e3 * distance
+        )
+    })
 }
 
 /// Says so if samples of a body are wild that shows too few features to tell which.
@@ -118,10 +153,13 @@ fn left_out(motion: &BodyMotion<'_>, labels: &[String]) -> Vec<String> {
 fn far_away(motion: &BodyMotion<'_>) -> Option<String> {
     /// Metres; no camera or marker system looks so far.
     const FAR: f64 = 200.0;
+    /// From where on a number is written with its exponent.
+    const HUGE: f64 = 1e7;
     let tracks = motion.tracks();
     let largest =
         (0..tracks.frames()).flat_map(|frame| tracks.frame(frame)).map(|p| p.coords.amax()).fold(0.0, f64::max);
     let name = motion.name();
+    let told = if largest < HUGE { format!("{largest:.0}") } else { format!("{largest:.3e}") };
     (largest > FAR)
-        .then(|| format!("{name}: coordinates reach {largest:.3e} m; if the file is not in metres, give its `unit`"))
+        .then(|| format!("{name}: coordinates reach {told} m; if the file is not in metres, give its `unit`"))
 }

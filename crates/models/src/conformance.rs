@@ -219,7 +219,8 @@ impl Suite {
             let finite = point.iter().all(|c| c.is_finite()) && pitch.unwrap_or(0.0).is_finite();
             require("an axis is finite", finite, format!("point {point}, pitch {pitch:?}"));
             let length = direction.map_or(1.0, |direction| direction.norm());
-            require("directions are unit vectors", (length - 1.0).abs() <= ROUNDING, format!("length {length}"));
+            let says = format!("length {length}, where 1 to within {ROUNDING:e} is needed");
+            require("directions are unit vectors", (length - 1.0).abs() <= ROUNDING, says);
         }
         if let Some(positions) = &fit.joint.positions {
             let rows: Vec<_> = positions.iter().collect();
@@ -232,7 +233,8 @@ impl Suite {
             let infinite = rows.iter().flatten().flat_map(|row| row.iter()).find(|q| !q.is_finite());
             require("positions are finite", infinite.is_none(), format!("found {infinite:?}"));
             if let (1, Some(&[first])) = (positions.freedoms(), rows.iter().flatten().next()) {
-                require("positions start at 0", first.abs() <= ROUNDING, format!("the first is {first}"));
+                let says = format!("the first is {first}, where 0 to within {ROUNDING:e} is needed");
+                require("positions start at 0", first.abs() <= ROUNDING, says);
             }
         }
     }
@@ -258,7 +260,8 @@ impl Suite {
         let Some(allowed) = Allowed::of(input, &before) else { return };
         let rms = [&before, &after].map(|fit| fit.residual_rms.unwrap_or(0.0));
         if (rms[0] - rms[1]).abs() > GEOMETRY {
-            self.fail(property, input, &format!("the residual of {} m became {} m", rms[0], rms[1]));
+            let change = format!("the residual of {} m became {} m", rms[0], rms[1]);
+            self.fail(property, input, &format!("{change}, where a change of {GEOMETRY:e} m is allowed"));
         }
         let property = "axes turn with the recording's coordinates";
         match (before.joint.axis.map(|axis| axis.seen_from(&world)), after.joint.axis) {
@@ -273,7 +276,8 @@ impl Suite {
                 let along = expected.direction.zip(found.direction).map_or(1.0, |(a, b)| a.dot(&b).signum());
                 let allowed = allowed.angle.max(allowed.distance);
                 if !positions_agree(before.joint.positions.as_ref(), after.joint.positions.as_ref(), along, allowed) {
-                    self.fail("positions do not depend on the recording's coordinates", input, "they changed");
+                    let says = format!("they changed by more than {allowed:e} rad or m, which is allowed");
+                    self.fail("positions do not depend on the recording's coordinates", input, &says);
                 }
             }
             (expected, found) => self.fail(property, input, &format!("{expected:?} expected, {found:?} found")),
@@ -316,6 +320,7 @@ impl Suite {
                 };
                 if (confidences[0] - confidences[1]).abs() > allowed {
                     let change = format!("the confidence of {} became {}", confidences[0], confidences[1]);
+                    let change = format!("{change}, where a change of {allowed:e} is allowed");
                     self.fail(property, input, &format!("{change}; parts {:?} became {:?}", before.parts, after.parts));
                 }
                 Some((before.clone(), after))

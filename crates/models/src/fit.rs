@@ -109,19 +109,29 @@ impl JointFit {
 }
 
 /// The likelihood of a motion under a model, in the terms by which models of different size can be compared.
+///
+/// A [mechanism](crate::lower_pair) gets it from [`judge`](crate::lower_pair::judge). Another model that looks at the
+/// poses of a pair begins with [`Evidence::of_poses`] and adds what it leaves and how its positions spread; all
+/// models of a configuration must speak of the same poses with the same noise, or they cannot be compared.
+/// docs/plugins.md, "Evidence without a mechanism", has an example.
+///
+/// # References
+/// docs/method.md, "Evidence", equations (10) and (11), and "Play", (12) to (17).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Weighted sum of squared residuals, of single wrong frames no more than a logarithm.
+    /// Weighted sum of squared residuals, `Σ eᵀ N⁻¹ e` with the covariance `N` of each pose, of single wrong frames no
+    /// more than a logarithm; with [`PoseSeries::merged_cost`](jointscope_motion::PoseSeries::merged_cost).
     pub chi_squared: f64,
     /// Its expectation, if the model is right: numbers observed less numbers fitted.
     pub freedom: f64,
-    /// Cost of the joint's positions over time, in units of -2 log likelihood.
+    /// Cost of the joint's positions over time, in units of -2 log likelihood:
+    /// [`cost_of_positions`](crate::lower_pair::cost_of_positions); 0 without positions.
     pub configuration_cost: f64,
     /// Cost of what is unlikely beforehand, a hinge far from its body say, in units of -2 log likelihood.
     pub prior_cost: f64,
-    /// What the joint leaves free, and parameters fitted.
+    /// What the joint leaves free, and parameters fitted; tells which models can do all that others can.
     pub mobility: Mobility,
-    /// Number of independent observations, for the price of parameters.
+    /// Number of independent observations `n`, for the price of parameters, `ln n` each.
     pub observations: f64,
     /// Frames that count as one because noise drifts; 1 for white noise.
     pub correlation_time: f64,
@@ -157,8 +167,9 @@ impl Evidence {
         (self.chi_squared - chance).max(0.0) / self.correlation_time
     }
 
-    /// What the misfit costs, were this the only model.
-    pub(crate) fn own_charge(&self) -> f64 {
+    /// What the misfit costs, were this the only model, in units of -2 log likelihood; a model's own confidence is
+    /// `exp(-charge / 2)`.
+    pub fn own_charge(&self) -> f64 {
         self.departure.map_or(self.excess(), |departure| departure.charge(self.excess()))
     }
 }

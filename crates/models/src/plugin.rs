@@ -12,6 +12,14 @@ use crate::{
 };
 
 /// A hypothesis about how one body may move relative to another, with its settings.
+///
+/// Two kinds of models take part in different rules. One that states [`Evidence`](crate::Evidence) is compared by the
+/// rule `likelihood`, which is the default; one that states a confidence alone takes part in `cascade` and
+/// `expressions` only, and a configuration that names it needs one of these. A [mechanism](crate::lower_pair) has evidence
+/// for nothing.
+///
+/// Answers must not depend on the choice of coordinates, on which body is called the reference, on the order of
+/// features; [`conformance`](crate::conformance) checks it.
 pub trait JointModel: Debug + Send + Sync {
     /// Fits the joint to a relative motion and says how well it explains it.
     ///

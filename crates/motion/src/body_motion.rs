@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
 use crate::line::{Line, is_line};
-use crate::noise::{Residuals, Spread, Trust, believed_drift, lag_one};
+use crate::noise::{Deformation, Residuals, Spread, Trust, believed_drift, lag_one};
 use crate::poses::{Shape, chained, chained_from_the_best, first, rebase_to, settle, spread};
 use crate::robust::{Registered, register_robustly};
 use crate::start::first_pose;
@@ -288,6 +288,13 @@ impl<'r> BodyMotion<'r> {
     /// Correlation of the samples' errors with those of the frame before, from -1 to 1; 0 where nothing tells.
     pub fn drift(&self) -> f64 {
         self.drift
+    }
+
+    /// How far its features slowly depart from a rigid body's; `None` where poses are given or nothing tells.
+    pub fn deformation(&self) -> Option<Deformation> {
+        let registered = self.registered.as_ref()?;
+        let counts = |feature: usize| !registered.strays.contains(&feature);
+        Deformation::of(&self.tracks, &registered.poses, &registered.shape, counts)
     }
 
     /// Features that disagree with the rest of the body and were left out of its registration.

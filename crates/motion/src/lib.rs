@@ -48,6 +48,7 @@ pub use depth_gain::{DepthGain, Undone, undo_depth_gain};
 pub use error::MotionError;
 pub use extent::{extent, path_length};
 pub use leaps::{Leaps, leaps};
+pub use noise::Deformation;
 pub use play::Play;
 pub use pose_series::{End, PoseSeries, Start};
 pub use quantile::quantile;

@@ -146,6 +146,43 @@ pub(crate) fn lag_one(
     if squares > 0.0 { 2.0 * product / squares } else { 0.0 }
 }
 
+/// How far features slowly depart from where a rigid body has them, and what noise from frame to frame is beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deformation {
+    /// Departure of a typical feature beyond noise, root mean square over the frames, metres.
+    pub distance: f64,
+    /// Noise of a typical feature from frame to frame, metres, as a distance too.
+    pub noise: f64,
+}
+
+impl Deformation {
+    /// Of the features that `counts` names; `None` where too few successive samples tell noise.
+    ///
+    /// *Definition.* The distance is the root of the median, over features, of `mean (r_t · r_(t+1))`, where `r` are the
+    /// residuals `x - G s`: neither noise nor single wild samples are alike in successive frames, and a feature that
+    /// belongs elsewhere is one of many. The noise is `√3 σ` by third differences of each feature's residuals, to which
+    /// no slow departure adds.
+    pub(crate) fn of(
+        tracks: &Tracks,
+        poses: &[Option<Pose>],
+        shape: &[Option<Point3<f64>>],
+        counts: impl Fn(usize) -> bool,
+    ) -> Option<Self> {
+        let (mut squares, mut noise) = (Vec::new(), Vec::new());
+        for (feature, place) in shape.iter().enumerate().filter(|(feature, _)| counts(*feature)) {
+            let residual = |frame: usize| Some(tracks.get(frame, feature)? - poses[frame]? * (*place)?);
+            let series: Vec<Option<Vector3<f64>>> = (0..tracks.frames()).map(residual).collect();
+            let alike = series.windows(2).filter_map(|pair| Some(pair[0]?.dot(&pair[1]?)));
+            let (count, sum) = alike.fold((0.0, 0.0), |(count, sum), product| (count + 1.0, sum + product));
+            if let Some(sigma) = of_series(&series).filter(|_| count > 0.0) {
+                squares.push(sum / count);
+                noise.push(3_f64.sqrt() * sigma);
+            }
+        }
+        Some(Self { distance: median(&mut squares)?.max(0.0).sqrt(), noise: median(&mut noise)? })
+    }
+}
+
 fn median(values: &mut [f64]) -> Option<f64> {
     (!values.is_empty()).then(|| quantile(values, 0.5))
 }

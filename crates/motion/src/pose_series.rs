@@ -21,13 +21,22 @@ const MOST_TURN: f64 = 1.0;
 /// Range from 2 to 98 % of a standard normal variable.
 const NOISE_RANGE: f64 = 4.107;
 
-/// Relative poses of two bodies and their uncertainty.
+/// Relative poses of two bodies and their uncertainty: all that a likelihood looks at.
 ///
 /// # Convention
 /// The pair is taken in an order of its own, so that it does not matter which body is called the reference: the one
 /// that rests by definition, or else the better known one, is the reference *here*, and [`PoseSeries::reversed`] says
 /// whether that exchanges the bodies. Poses are taken about the moving body's centre: coordinates of the reference are
-/// moved by [`PoseSeries::origin`], those of the moving body by [`PoseSeries::moving_origin`].
+/// moved by [`PoseSeries::origin`], those of the moving body by [`PoseSeries::moving_origin`]: a point `p` of the moving
+/// body is at `poses()[t] * (p - moving_origin()) + origin()` in the coordinates of the reference.
+///
+/// # For models
+/// A fit ignores the order: misfit and evidence are the same either way. What is told is not: axis and positions are
+/// those that were asked for. Where the series is reversed, a model inverts every pose before it tells positions, and
+/// gives the axis it found in the coordinates of the moving body *here*, which is the reference that was asked for,
+/// with the opposite direction, as the joint moves backwards when seen from the other side.
+/// Where a fit begins must turn with the coordinates: from mean, principal directions or products of the poses, not
+/// from fixed axes; the conformance suite of `jointscope-models` compares fits in turned coordinates.
 #[derive(Debug, Clone)]
 #[expect(clippy::struct_excessive_bools, reason = "each says something else of the series")]
 pub struct PoseSeries {
@@ -231,7 +240,9 @@ impl PoseSeries {
         &self.frames
     }
 
-    /// `reference_from_moving`, about the origins.
+    /// `reference_from_moving`, about the origins: maps a point of the moving body, less
+    /// [`moving_origin`](Self::moving_origin), to the reference's coordinates, less [`origin`](Self::origin). The first
+    /// has no translation, but for noise: the moving body's centre is where the coordinates start.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
@@ -242,7 +253,7 @@ impl PoseSeries {
         &self.noise
     }
 
-    /// Whether reference and moving body are exchanged here.
+    /// Whether reference and moving body are exchanged here: then poses are `asked_moving_from_asked_reference`.
     pub fn reversed(&self) -> bool {
         self.reversed
     }

@@ -39,12 +39,13 @@ pub struct Trajectories {
     points: Vec<Point3<f64>>,
 }
 
-/// One feature's positions in the order of frames.
+/// One feature's positions in the order of frames: `points[i]` is where it is in frame `frames[i]`, so that both have
+/// one entry per sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Trajectory<'a> {
-    /// Frames in which the feature is seen, increasing.
+    /// Frames in which the feature is seen, increasing: indices into the recording, not its frame numbers.
     pub frames: &'a [usize],
-    /// Its positions there, metres.
+    /// Its positions there, metres, in the reference body's coordinates.
     pub points: &'a [Point3<f64>],
 }
 

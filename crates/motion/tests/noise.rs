@@ -274,3 +274,39 @@ fn noise_of_poses_is_found_for_positions_and_rotations_apart() {
         }
     }
 }
+
+#[test]
+fn a_body_that_slowly_changes_its_shape_is_told_from_noise_drift_of_one_feature_and_wild_samples() {
+    let deformation = |stretch: f64, noise: f64, of_one: f64, wild: f64| {
+        let mut random = Random(5);
+        let shape: Vec<Vector3<f64>> = (0..10).map(|_| random.within(SIZE / 2.0)).collect();
+        let mut positions = Vec::new();
+        for frame in 0..120 {
+            let swing = (0.05 * f64::from(frame)).sin();
+            let pose = Pose::new(Vector3::new(0.3 * swing, 0.1, 1.0), Vector3::new(0.2, 0.8, -0.3) * swing);
+            for (feature, place) in shape.iter().enumerate() {
+                let mut place = *place;
+                place.x *= 1.0 + stretch * swing;
+                place.y += if feature == 0 { of_one * swing } else { 0.0 };
+                place.z += if random.uniform() < 0.05 { wild } else { 0.0 };
+                positions.push(pose * Point3::from(place) + random.normals() * noise);
+            }
+        }
+        let labels = (0..10).map(|feature| feature.to_string()).collect();
+        let body = Body::from_points("body", labels, Tracks::new(10, positions).expect("full")).expect("seen");
+        BodyMotion::of(&body, &MotionSettings::default()).deformation().expect("told")
+    };
+    let soft = deformation(0.2, SIGMA, 0.0, 0.0);
+    // A uniform stretch by 20 % of 0.2 m: its standard deviation over features and time, less what poses take up.
+    let expected = 0.2 * SIZE / 12_f64.sqrt() / 2_f64.sqrt();
+    assert!((0.5..1.2).contains(&(soft.distance / expected)), "{soft:?}, {expected}");
+    assert!((0.8..1.2).contains(&(soft.noise / (3_f64.sqrt() * SIGMA))), "{soft:?}");
+    for rigid in [
+        deformation(0.0, SIGMA, 0.0, 0.0),
+        deformation(0.0, SIGMA, 0.05, 0.0),
+        deformation(0.0, SIGMA, 0.0, 0.05),
+        deformation(0.0, 0.0, 0.0, 0.0),
+    ] {
+        assert!(rigid.distance < 0.7 * rigid.noise.max(1e-9), "{rigid:?}");
+    }
+}

@@ -80,18 +80,21 @@ pub fn inspect(markers: &Markers, path: &Path, suggested: bool) -> Inspection {
     let mut notes = markers.notes.clone();
     let told = if suggested { None } else { own(markers, path, &mut notes).ok() };
     let (bodies_from, mut bodies, ambiguous): (_, Vec<Group>, _) = if let Some(groups) = told {
-        ("file", groups.iter().map(|(name, members)| group(name, members, markers)).collect(), Vec::new())
+        let bodies = groups.iter().map(|(name, members)| group(name, members, markers, &mut notes));
+        ("file", bodies.collect(), Vec::new())
     } else {
         let suggestion = suggest(markers);
         let bodies = suggestion.bodies.into_iter().map(|body| {
-            let mut group = group(&body.name, &Members::Markers(body.markers), markers);
+            let mut group = group(&body.name, &Members::Markers(body.markers), markers, &mut notes);
             (group.variation, group.residual) = (Some(body.variation), Some(body.residual));
             group
         });
         ("distances", bodies.collect(), suggestion.ambiguous)
     };
     if bodies_from == "distances" {
-        bodies.extend(markers.poses.iter().enumerate().map(|(i, (name, _))| group(name, &Members::Poses(i), markers)));
+        bodies.extend(
+            markers.poses.iter().enumerate().map(|(i, (name, _))| group(name, &Members::Poses(i), markers, &mut notes)),
+        );
     }
     let body_of = |name: &str| {
         let of = |body: &&Group| body.markers.iter().any(|marker| marker == name);
@@ -134,17 +137,24 @@ pub fn inspect(markers: &Markers, path: &Path, suggested: bool) -> Inspection {
     }
 }
 
-fn group(name: &str, members: &Members, markers: &Markers) -> Group {
+/// A body as it is told, with a note where it is none.
+fn group(name: &str, members: &Members, markers: &Markers, notes: &mut Vec<String>) -> Group {
     let Members::Markers(members) = members else {
         return Group { name: name.into(), markers: Vec::new(), pattern: None, variation: None, residual: None };
     };
     let measured = measured(members, markers);
+    if measured.as_ref().is_some_and(|measured| measured.falls_apart) {
+        notes.push(format!(
+            "body `{name}`: most of its markers do not keep their distances: it is no rigid body; --suggest-bodies shows \
+             which markers keep them, and `bodies` under [recording] says which belong together"
+        ));
+    }
     Group {
         name: name.into(),
         markers: members.iter().map(|&marker| markers.markers[marker].name.clone()).collect(),
         pattern: pattern(members, markers),
-        variation: measured.map(|(variation, _)| variation),
-        residual: measured.map(|(_, residual)| residual),
+        variation: measured.as_ref().map(|measured| measured.variation),
+        residual: measured.map(|measured| measured.residual),
     }
 }
 

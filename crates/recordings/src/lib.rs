@@ -54,11 +54,11 @@ pub use format::Format;
 pub use grouping::{BodyPatterns, Grouping, group};
 pub use inspection::{Group, Inspection, Presence, inspect};
 pub use markers::{Marker, Markers};
-pub use npz_write::write_npz;
+pub use npz_write::{lost_in_npz, write_npz};
 #[cfg(feature = "parquet")]
 pub use parquet_write::write_parquet;
 pub use read::{ReadOptions, read, read_markers, read_with_notes};
 pub use several::join;
 pub use suggestion::{SuggestedBody, Suggestion, suggest};
-pub use trc_write::write_trc;
+pub use trc_write::{lost_in_trc, write_trc};
 pub use unit::Unit;

@@ -2,7 +2,7 @@
 
 use std::io::{Seek, Write};
 
-use jointscope_motion::Recording;
+use jointscope_motion::{Observation, Recording};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
@@ -64,6 +64,27 @@ pub fn write_npz(recording: &Recording, out: impl Write + Seek) -> Result<(), Re
     }
     archive.0.finish().map_err(failed)?.flush()?;
     Ok(())
+}
+
+/// What an archive does not hold of a recording, in one sentence; `None` if nothing is lost.
+pub fn lost_in_npz(recording: &Recording) -> Option<String> {
+    let numbers = recording.frame_numbers();
+    let counted = numbers.iter().zip(0..).all(|(number, frame)| *number == frame);
+    let mut column = 0..;
+    let mut labelled_by_column = |labels: &[String]| {
+        labels.iter().all(|label| column.next().is_some_and(|column: usize| *label == column.to_string()))
+    };
+    let labelled = recording.bodies().iter().all(|body| match body.observation() {
+        Observation::Points { labels, .. } => labelled_by_column(labels),
+        _ => true,
+    });
+    let of_frames = (!counted).then(|| {
+        let (first, last) = (numbers.first().unwrap_or(&0), numbers.last().unwrap_or(&0));
+        format!("the numbers of the frames ({first} to {last} became 0 to {})", numbers.len() - 1)
+    });
+    let of_features = (!labelled).then(|| "the names of the features (now counted from 0)".to_owned());
+    let lost: Vec<String> = of_frames.into_iter().chain(of_features).collect();
+    (!lost.is_empty()).then(|| format!("the format does not hold {}; .csv and .parquet do", lost.join(" and ")))
 }
 
 /// The body and the feature in each column of the arrays.

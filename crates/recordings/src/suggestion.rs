@@ -43,6 +43,9 @@ const SOFT: f64 = 0.005;
 /// Largest height of a body, in units of what noise and soft tissue explain.
 const TALLEST: f64 = 3.;
 
+/// Height from which nobody would call a pair of markers rigid: a variation of a twentieth of their distance.
+const LOOSE: f64 = 10.;
+
 /// Least ratio of the height at which a body merges with something else to its own.
 const SEPARATION: f64 = 1.6;
 
@@ -98,29 +101,43 @@ pub fn suggest(markers: &Markers) -> Suggestion {
     Suggestion { bodies, ambiguous }
 }
 
-/// The largest variation of a distance of a body's markers, and the standard deviation of a coordinate from where a rigid
-/// shape has it, metres; `None` if it is never seen.
-pub(crate) fn measured(body: &[usize], markers: &Markers) -> Option<(f64, f64)> {
+/// How rigid a body is.
+pub(crate) struct Measured {
+    /// The largest variation of a distance of its markers, metres.
+    pub variation: f64,
+    /// Standard deviation of a coordinate from where a rigid shape has it, metres.
+    pub residual: f64,
+    /// Whether most of the distances vary by far more than noise and soft tissue explain.
+    pub falls_apart: bool,
+}
+
+/// Measures how rigid a body is; `None` if it is never seen.
+pub(crate) fn measured(body: &[usize], markers: &Markers) -> Option<Measured> {
     if body.len() > MOST_MARKERS {
         return None;
     }
     let (_, residual) = registered(body, markers)?;
     let frames = looked_at(markers.frames());
+    let numbers: Vec<u64> = frames.iter().map(|&frame| markers.frame_numbers[frame]).collect();
     let count = markers.markers.len();
-    let mut distances = Vec::new();
-    let mut variation = 0_f64;
+    let (mut distances, mut medians, mut variations) = (Vec::new(), Vec::new(), Vec::new());
     for (i, &a) in body.iter().enumerate() {
         for &b in &body[i + 1..] {
             let row = |frame: &usize| &markers.positions[frame * count..(frame + 1) * count];
             distances.clear();
-            distances
-                .extend(frames.iter().map(|frame| (row(frame)[a] - row(frame)[b]).norm()).filter(|d| d.is_finite()));
+            distances.extend(frames.iter().map(|frame| (row(frame)[a] - row(frame)[b]).norm()));
+            let noise = noise(&distances, &numbers);
+            distances.retain(|distance| distance.is_finite());
             if distances.len() >= COMMON_FRAMES {
-                variation = variation.max(half_range(&mut distances));
+                variations.push((half_range(&mut distances), noise));
+                medians.push(distances[distances.len() / 2]);
             }
         }
     }
-    Some((variation, residual))
+    let soft = SOFT * median(&mut medians).unwrap_or(0.);
+    let loose = variations.iter().filter(|(half, noise)| *half > LOOSE * (NOISE * noise).hypot(soft)).count();
+    let variation = variations.iter().map(|(half, _)| *half).fold(0., f64::max);
+    Some(Measured { variation, residual, falls_apart: 2 * loose > variations.len() })
 }
 
 /// Half of the range of distances, without the outermost.

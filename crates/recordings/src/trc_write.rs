@@ -3,7 +3,20 @@
 use std::collections::BTreeSet;
 use std::io::Write;
 
+use crate::markers::Marker;
 use crate::{Markers, RecordingError};
+
+/// What a TRC table does not hold of markers, in one sentence; `None` if nothing is lost: bodies other than by a prefix
+/// of the markers' names.
+pub fn lost_in_trc(markers: &Markers) -> Option<String> {
+    let told = |marker: &&Marker| **marker != Marker::of_name(marker.name.clone());
+    let example = markers.markers.iter().find(told)?;
+    Some(format!(
+        "the format tells a body by what stands before a marker's last colon, and `{}` will be read otherwise; .csv and \
+         .parquet hold bodies",
+        example.name
+    ))
+}
 
 /// Writes markers as a [TRC table](crate::trc) in metres and seconds.
 ///

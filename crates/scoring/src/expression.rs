@@ -105,9 +105,10 @@ impl Expression {
         self.root.value(values)
     }
 
-    /// The innermost place at which the value stops being finite.
-    pub(crate) fn culprit(&self, values: &dyn Fn(&Name) -> f64) -> Range<usize> {
-        self.root.culprit(values)
+    /// The innermost place at which the value stops being finite, and what helps against it.
+    pub(crate) fn culprit(&self, values: &dyn Fn(&Name) -> f64) -> (Range<usize>, &'static str) {
+        let culprit = self.root.culprit(values);
+        (culprit.span.clone(), culprit.remedy(values))
     }
 
     /// The text, with values instead of names.
@@ -182,9 +183,22 @@ impl Term {
         }
     }
 
-    fn culprit(&self, values: &dyn Fn(&Name) -> f64) -> Range<usize> {
+    fn culprit(&self, values: &dyn Fn(&Name) -> f64) -> &Term {
         let child = self.children().iter().find(|child| !child.value(values).is_finite());
-        child.map_or_else(|| self.span.clone(), |child| child.culprit(values))
+        child.map_or(self, |child| child.culprit(values))
+    }
+
+    /// What makes the value of this term finite, whose arguments are.
+    fn remedy(&self, values: &dyn Fn(&Name) -> f64) -> &'static str {
+        match &self.kind {
+            Kind::Pair('/', terms) if terms[1].value(values) == 0.0 => {
+                "the divisor is 0: keep it above, as in a / max(b, 1e-6)"
+            }
+            Kind::Call(Function::Ln, _) => "`ln` needs a number above 0, as in ln(max(a, 1e-6))",
+            Kind::Call(Function::Sqrt, _) => "`sqrt` needs 0 or more, as in sqrt(max(a, 0))",
+            Kind::Name(_) => "the part itself is not finite: limit it, as in min(a, 1000)",
+            _ => "keep its parts in bounds with min(...) and max(...)",
+        }
     }
 }
 
@@ -479,10 +493,17 @@ mod tests {
     #[test]
     fn the_innermost_term_that_is_not_finite_is_the_culprit() {
         let values = |name: &Name| if name.model == "a" { 0.0 } else { 1.0 };
-        for (text, at) in [("b + 2 * (1 / a) - b", "(1 / a)"), ("ln(-b)", "ln(-b)"), ("min(b, sqrt(-b))", "sqrt(-b)")] {
+        for (text, at, remedy) in [
+            ("b + 2 * (1 / a) - b", "(1 / a)", "the divisor is 0"),
+            ("ln(-b)", "ln(-b)", "`ln` needs a number above 0"),
+            ("min(b, sqrt(-b))", "sqrt(-b)", "`sqrt` needs 0 or more"),
+            ("b + exp(999 * b)", "exp(999 * b)", "keep its parts in bounds"),
+        ] {
             let expression = Expression::parse(text).expect("sound");
             assert!(!expression.value(&values).is_finite(), "{text}");
-            assert_eq!(&text[expression.culprit(&values)], at);
+            let (culprit, help) = expression.culprit(&values);
+            assert_eq!(&text[culprit], at);
+            assert!(help.starts_with(remedy), "{text}: {help}");
         }
     }
 

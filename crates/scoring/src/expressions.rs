@@ -240,15 +240,16 @@ impl<'f> Said<'f> {
         }
         let values = |name: &Name| self.or_zero(name);
         let value = expression.value(&values);
-        let (message, span) = if !value.is_finite() {
+        let (message, (span, remedy)) = if !value.is_finite() {
             (format!("the value of `{joint}` is {value}, not a finite number"), expression.culprit(&values))
         } else if value < -ROUNDING {
-            (format!("the value of `{joint}` is {}, less than 0", number(value)), expression.span())
+            let message = format!("the value of `{joint}` is {}, less than 0", number(value));
+            (message, (expression.span(), "values must be 0 or more: use max(0, ...)"))
         } else {
             // Adding 0 takes the sign off a zero.
             return Ok(value.max(0.0) + 0.0);
         };
-        let help = format!("here {}; values must be 0 or more: use max(0, ...) or min(...)", self.told(expression));
+        let help = format!("here {}; {remedy}", self.told(expression));
         Err(RuleError::within(joint, Mistake { message, help, span }))
     }
 }

@@ -9,7 +9,7 @@ use jointscope_report::printable;
 use jointscope_scenes::names;
 
 use super::{
-    run::{ConfigurationFile, read_configuration, word},
+    run::{ConfigurationFile, advise, read_configuration, word},
     unknown_scene,
 };
 use crate::{failure::Failure, output};
@@ -25,6 +25,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (file, configuration) = read_configuration(&arguments.config)?;
     let recording = recording(&configuration, &file)?;
+    advise(&configuration, &file);
     let models: Vec<String> = configuration.models.iter().map(|model| printable(&model.name)).collect();
     output::print(&format!(
         "{}: sound\n  recording  {recording}\n  models     {}\n  rule       {}\n",
@@ -44,14 +45,19 @@ fn recording(configuration: &Configuration, file: &ConfigurationFile<'_>) -> Res
         let unknown = || file.failure(unknown_scene(scene.as_ref(), scene.span()));
         return known.then(|| format!("the scene {}", printable(scene.as_ref()))).ok_or_else(unknown);
     }
-    let Some(path) = &settings.path else { return Ok("none; give --input PATH or --scene NAME to `run`".into()) };
-    let path = file.path.parent().unwrap_or(Path::new("")).join(path);
-    let shown = printable(&path.display().to_string());
-    match path.try_exists() {
-        Ok(true) => Ok(shown),
-        _ => Err(Failure::data_with_help(
-            format!("{shown}: the recording that the configuration names is not there"),
-            "paths are relative to the configuration's folder; `run --input PATH` takes another one",
-        )),
-    }
+    let Some(paths) = settings.files() else { return Ok("none; give --input PATH or --scene NAME to `run`".into()) };
+    let folder = file.path.parent().unwrap_or(Path::new(""));
+    let there = |path: &PathBuf| {
+        let path = folder.join(path);
+        let shown = printable(&path.display().to_string());
+        match path.try_exists() {
+            Ok(true) => Ok(shown),
+            _ => Err(Failure::data_with_help(
+                format!("{shown}: the recording that the configuration names is not there"),
+                "paths are relative to the configuration's folder; `run --input PATH` takes another one",
+            )),
+        }
+    };
+    let files = paths.iter().map(there).collect::<Result<Vec<_>, _>>()?.join(", ");
+    Ok(format!("{files} (there, but not read: `inspect` and `run` do that)"))
 }

@@ -5,7 +5,7 @@ use jointscope_models::settings;
 use crate::failure::Failure;
 
 /// What may stand between the names of a pair; names may contain each of them.
-const BETWEEN: [&str; 4] = [",", ", ", " - ", "-"];
+const BETWEEN: [&str; 6] = [",", ", ", " - ", "-", "/", " / "];
 
 /// The index of a pair by its two names, in either order.
 ///
@@ -27,8 +27,11 @@ pub(super) fn find(wanted: &str, pairs: &[[String; 2]]) -> Result<usize, Failure
             let error = settings::unknown("pair", wanted, 0..0, &listed);
             let more = known.len().saturating_sub(LISTED);
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            let help =
-                format!("{}{more}\nname the two bodies with a comma between them", error.help.unwrap_or_default());
+            let example = pairs.first().map_or_else(String::new, |_| format!(": --explain \"{}\"", name(0)));
+            let help = format!(
+                "{}{more}\nname the two bodies with a comma between them{example}",
+                error.help.unwrap_or_default()
+            );
             Err(Failure::usage_with_help(error.message, &help))
         }
         _ => {
@@ -55,6 +58,7 @@ mod tests {
             ("right-door,left-door", 0),
             ("left-door-right-door", 0),
             ("left-door - frame", 1),
+            ("frame/left-door", 1),
             ("a,b,c", 2),
             ("a,b, c", 2),
         ] {

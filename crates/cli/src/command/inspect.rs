@@ -48,7 +48,7 @@ enum Printed {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let options = ReadOptions { format: arguments.input_format, unit: arguments.unit, ..ReadOptions::default() };
-    let markers = read_markers(&arguments.file, &options).map_err(Failure::data)?;
+    let markers = read_markers(&arguments.file, &options).map_err(super::unread)?;
     let inspection = inspect(&markers, &arguments.file, arguments.suggest_bodies);
     if let Some(path) = &arguments.write {
         if path.exists() {

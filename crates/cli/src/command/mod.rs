@@ -20,6 +20,7 @@ use jointscope_models::{
     Catalog,
     settings::{self, SettingsError},
 };
+use jointscope_recordings::RecordingError;
 use jointscope_scenes::names;
 
 use crate::failure::Failure;
@@ -40,6 +41,16 @@ fn too_fast(body: &str, degrees: f64) -> String {
     format!(
         "body `{body}` turns by {degrees:.0} degrees from one frame to the next; only less than 180 can be followed"
     )
+}
+
+/// A recording that the command line names and that cannot be read.
+fn unread(error: RecordingError) -> Failure {
+    match error {
+        RecordingError::UnknownExtension { .. } => {
+            Failure::data_with_help(error, "give, for example, --input-format csv")
+        }
+        _ => Failure::data(error),
+    }
 }
 
 /// Reads a word of the command line that stands for something.

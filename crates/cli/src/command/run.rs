@@ -15,11 +15,12 @@ use std::{
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use jointscope_detection::{
-    Bodies, Configuration, Detection, DetectionError, Detector, OutputSettings, RecordingSettings, SettingsError,
+    Bodies, Configuration, Detection, DetectionError, Detector, OutputSettings, RecordingSettings, RuleKind,
+    SettingsError,
 };
 use jointscope_models::{settings, toml::Spanned};
 use jointscope_motion::Recording;
-use jointscope_recordings::{BodyPatterns, Grouping, ReadOptions, RecordingError, join, read_with_notes};
+use jointscope_recordings::{BodyPatterns, Format, Grouping, ReadOptions, RecordingError, Unit, join, read_with_notes};
 use jointscope_report::{
     Report, pairs_to_svg, to_explanation, to_html, to_json, to_mjcf, to_styled_table, to_svg, to_urdf,
 };
@@ -31,12 +32,18 @@ use crate::{failure::Failure, output, place, terminal};
 /// Find the joints between the bodies of a recording
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// The configuration
+    /// The configuration; the default one, configs/default.toml, if left out
     #[arg(long, value_name = "FILE")]
-    config: PathBuf,
+    config: Option<PathBuf>,
     /// A recording, instead of the configuration's; several files, each with bodies of its own, if given several times
     #[arg(long, value_name = "PATH", conflicts_with = "scene")]
     input: Vec<PathBuf>,
+    /// Format of the files of --input, if neither their content nor their extension tells
+    #[arg(long, value_name = "FORMAT", requires = "input", conflicts_with = "scene", value_parser = super::named::<Format>)]
+    input_format: Option<Format>,
+    /// Unit of the lengths in the files of --input: m, cm, mm or in
+    #[arg(long, requires = "input", conflicts_with = "scene", value_parser = super::named::<Unit>)]
+    unit: Option<Unit>,
     /// A simulated scene, instead of the configuration's recording
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
@@ -46,14 +53,14 @@ pub(crate) struct Arguments {
     /// What is printed
     #[arg(long, value_enum, default_value_t = Printed::Table)]
     format: Printed,
-    /// Explain the verdict about a pair, "REFERENCE,MOVING", step by step; may be given several times
+    /// Explain the verdict about a pair, such as "base,lid", step by step; may be given several times
     #[arg(long, value_name = "PAIR")]
     explain: Vec<String>,
     /// Number of threads, up to 1024; 0 means all cores
     #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(..=1024))]
     threads: u16,
-    /// No progress bar
+    /// No progress bar, and no remarks about the recording and the configuration
     #[arg(long)]
     quiet: bool,
 }
@@ -75,7 +82,17 @@ enum Printed {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (file, mut configuration) = read_configuration(&arguments.config)?;
+    let (file, mut configuration) = match &arguments.config {
+        Some(path) => read_configuration(path)?,
+        None if arguments.input.is_empty() && arguments.scene.is_none() => {
+            let help = "give --input PATH or --scene NAME, or --config FILE with a configuration that names one";
+            return Err(Failure::usage_with_help("no recording is named", help));
+        }
+        None => default_configuration()?,
+    };
+    if !arguments.quiet {
+        advise(&configuration, &file);
+    }
     let settings = std::mem::take(&mut configuration.recording);
     let recording = with_world(obtain(&settings, arguments, &file)?, &settings, &file)?;
     let pairs = settings.pairs.as_deref();
@@ -168,6 +185,28 @@ impl ConfigurationFile<'_> {
     }
 }
 
+/// The default configuration, which is an empty one.
+fn default_configuration() -> Result<(ConfigurationFile<'static>, Configuration), Failure> {
+    let file = ConfigurationFile {
+        path: Path::new("the default configuration"),
+        text: "# The default configuration\n".into(),
+    };
+    let configuration = Configuration::parse(&file.text, &catalog()?).map_err(|error| file.failure(error))?;
+    Ok((file, configuration))
+}
+
+/// Remarks on what is allowed, but hardly meant.
+pub(super) fn advise(configuration: &Configuration, file: &ConfigurationFile<'_>) {
+    let anything = configuration.models.iter().any(|named| named.kind == "free");
+    if configuration.rule.kind() == RuleKind::Likelihood && !anything {
+        output::remark(
+            file.path,
+            "no model is of the kind `free`: every motion will be one of the joints named, and no pair disconnected; \
+             to change that, add [models.disconnected] with kind = \"free\"",
+        );
+    }
+}
+
 /// Reads and checks a configuration.
 pub(super) fn read_configuration(path: &Path) -> Result<(ConfigurationFile<'_>, Configuration), Failure> {
     let bytes = fs::read(path).map_err(|error| {
@@ -203,13 +242,13 @@ fn obtain(
     arguments: &Arguments,
     file: &ConfigurationFile<'_>,
 ) -> Result<Recording, Failure> {
-    let read = |paths: &[PathBuf]| read(paths, settings, arguments.quiet, file);
+    let read = |paths: &[PathBuf]| read(paths, settings, arguments, file);
     if !arguments.input.is_empty() {
         read(&arguments.input)
     } else if let Some(scene) = &arguments.scene {
         simulated(scene, 0..0, settings)
             .map_err(|error| Failure::usage_with_help(error.message, &error.help.unwrap_or_default()))
-    } else if let Some(paths) = settings.paths.as_deref().or(settings.path.as_ref().map(std::slice::from_ref)) {
+    } else if let Some(paths) = settings.files() {
         let folder = file.path.parent().unwrap_or(Path::new(""));
         read(&paths.iter().map(|path| folder.join(path)).collect::<Vec<_>>())
     } else if let Some(scene) = &settings.scene {
@@ -224,7 +263,7 @@ fn obtain(
 fn read(
     paths: &[PathBuf],
     settings: &RecordingSettings,
-    quiet: bool,
+    arguments: &Arguments,
     file: &ConfigurationFile<'_>,
 ) -> Result<Recording, Failure> {
     let grouping = match &settings.bodies {
@@ -239,13 +278,13 @@ fn read(
         }
     };
     let options = ReadOptions {
-        format: word(settings.format.as_ref(), file)?,
-        unit: word(settings.unit.as_ref(), file)?,
+        format: arguments.input_format.or(word(settings.format.as_ref(), file)?),
+        unit: arguments.unit.or(word(settings.unit.as_ref(), file)?),
         grouping,
     };
     let read = |path: &PathBuf| {
         let (recording, notes) = read_with_notes(path, &options).map_err(|error| unread(error, file))?;
-        if !quiet {
+        if !arguments.quiet {
             for note in &notes {
                 output::remark(path, note);
             }
@@ -272,7 +311,9 @@ fn unread(error: RecordingError, file: &ConfigurationFile<'_>) -> Failure {
             Failure::data_with_help(error, help)
         }
         RecordingError::UnknownExtension { .. } => {
-            Failure::data_with_help(error, "write, for example, format = \"csv\" under [recording]")
+            let help =
+                "give, for example, --input-format csv with --input, or write format = \"csv\" under [recording]";
+            Failure::data_with_help(error, help)
         }
         _ => Failure::data(error),
     }

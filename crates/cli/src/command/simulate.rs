@@ -12,6 +12,7 @@ use clap::{
 };
 use jointscope_motion::MotionError;
 use jointscope_recordings::{Format, write_csv, write_npz};
+use jointscope_report::printable;
 use jointscope_scenes::{BodyShape, SceneError, SceneOptions, names, simulate};
 
 use super::{too_fast, unknown_scene};
@@ -142,7 +143,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let error = format!("{}: there already, and true of another recording", beside.display());
         return Err(Failure::data_with_help(error, "write this one into a folder of its own"));
     }
-    output::write_files(&[(&arguments.out, &recording), (&beside, truth.as_bytes())])
+    output::write_files(&[(&arguments.out, &recording), (&beside, truth.as_bytes())])?;
+    let (bodies, frames) = (simulation.recording.bodies().len(), simulation.recording.frames());
+    let [out, beside] = [&arguments.out, &beside].map(|path| printable(&path.display().to_string()));
+    output::print(&format!("{out}: {bodies} bodies, {frames} frames; what is true of them: {beside}\n"))
 }
 
 /// A scene that cannot be simulated, with the options as they are written on the command line.

@@ -4,12 +4,38 @@ use std::fs;
 use std::io::Read;
 use std::process::Stdio;
 
-use crate::place::{DATA, Place, RUN, RUN_JSON, USAGE, door, shown, table, turning};
+use crate::place::{DATA, Place, RUN, RUN_JSON, USAGE, door, json, shown, table, turning};
 
 #[test]
 fn input_and_scene_exclude_each_other() {
     let place = Place::with(door());
     place.refused(&[&RUN[..], &["--scene", "door"]].concat(), USAGE, &["--scene", "cannot be used with", "--input"]);
+}
+
+#[test]
+fn a_recording_without_a_configuration_has_the_default_one() {
+    let place = Place::with(door());
+    assert_eq!(place.done(&["run", "--input", "r.csv"]), place.done(&RUN));
+    place.refused(&["run"], USAGE, &["no recording is named", "give --input PATH or --scene NAME", "--config FILE"]);
+    let message = ["unknown pair `wall`", "with a comma between them: --explain \"wall,door\""];
+    place.refused(&["run", "--input", "r.csv", "--explain", "wall"], USAGE, &message);
+    assert!(place.done(&["run", "--input", "r.csv", "--explain", "wall/door"]).contains("\nWhy\n"));
+}
+
+#[test]
+fn format_and_unit_of_a_recording_can_be_given_beside_it() {
+    let place = Place::with(door());
+    place.write("r.dat", door());
+    let message = ["r.dat: the extension does not tell the format", "--input-format csv"];
+    for command in [&["run", "--input", "r.dat"][..], &["inspect", "r.dat"], &["convert", "r.dat", "out.csv"]] {
+        place.refused(command, DATA, &message);
+    }
+    let given = ["run", "--input", "r.dat", "--input-format", "csv"];
+    assert_eq!(place.done(&given), place.done(&RUN));
+    let millimetres = json(&place.done(&[&RUN_JSON[..], &["--unit", "mm"]].concat()));
+    let x = millimetres["pairs"][0]["axis"]["point"][0].as_f64().expect("a number");
+    assert!((x - 1e-3).abs() < 1e-9, "the door's hinge is at 1 mm: {x}");
+    place.refused(&["run", "--scene", "door", "--unit", "mm"], USAGE, &["--unit <UNIT>", "cannot be used with"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Configurations.
 
-use crate::place::{Place, RUN, RUN_JSON, USAGE, door, json};
+use crate::place::{DATA, Place, RUN, RUN_JSON, USAGE, door, json, notes};
 
 /// Runs the door with a configuration that is refused at a place of it, given as line:column.
 fn misconfigured(configuration: &str, place_in_it: &str, message: &[&str]) {
@@ -141,6 +141,49 @@ fn a_byte_order_mark_and_carriage_returns_are_no_part_of_a_configuration() {
     assert!(place.done(&RUN).contains("revolute"));
     misconfigured("\u{feff}[motoin]\r\n", "1:2", &["did you mean `motion`?"]);
     misconfigured("\u{feff}[motion]\r\nnoise = -1\r\n", "2:9", &["out of range"]);
+}
+
+#[test]
+fn a_check_says_that_the_recording_was_not_read() {
+    let place = Place::with("no recording at all");
+    place.write("c.toml", "[recording]\npath = 'r.csv'");
+    let told = place.done(&["check", "--config", "c.toml"]);
+    assert!(told.contains("r.csv (there, but not read: `inspect` and `run` do that)"), "{told}");
+    place.write("c.toml", "[recording]\npaths = ['r.csv', 'gone.csv']");
+    let message = ["gone.csv: the recording that the configuration names is not there"];
+    place.refused(&["check", "--config", "c.toml"], DATA, &message);
+}
+
+#[test]
+fn a_comparison_without_free_motion_is_remarked_on_and_done() {
+    let place = Place::with(door());
+    place.write("c.toml", "[models.rigid]\n[models.revolute]\n");
+    let said = "c.toml: no model is of the kind `free`: every motion will be one of the joints named";
+    for command in [&["check", "--config", "c.toml"][..], &RUN] {
+        let outcome = place.run(command);
+        assert!(outcome.code == Some(0) && outcome.stderr.starts_with(said), "{outcome:?}");
+    }
+    assert!(place.done(&[&RUN[..], &["--quiet"]].concat()).contains("revolute"));
+    place.write(
+        "c.toml",
+        "[models.revolute]\nkind = 'thesis-revolute'\n[scoring]\nrule = 'cascade'\norder = ['revolute']",
+    );
+    place.done(&["check", "--config", "c.toml"]);
+}
+
+#[test]
+fn a_noise_larger_than_the_body_is_remarked_on() {
+    let place = Place::with(door());
+    let notes_with = |noise: &str| {
+        place.write("c.toml", format!("[motion]\nnoise = {noise}"));
+        notes(&json(&place.done(&RUN_JSON)))
+    };
+    let said = notes_with("3");
+    for body in ["wall", "door"] {
+        let note = format!("{body}: `noise` under [motion] is 3 m, and the body itself measures 0.");
+        assert!(said.contains(&note), "{said}");
+    }
+    assert!(!notes_with("0.003").contains("the body itself measures"));
 }
 
 #[test]

@@ -87,6 +87,48 @@ fn what_cannot_be_converted_is_refused_and_nothing_is_written() {
     assert_eq!(fs::read_to_string(place.path("p.csv")).expect("written").lines().nth(1), Some("0,p,0,0,0,0,0,0,1"));
 }
 
+#[test]
+fn a_conversion_says_what_it_overwrites_and_what_the_format_does_not_hold() {
+    let place = place("");
+    place.write("folder/kept.txt", "");
+    for out in ["r.csv", "./r.csv", "folder/../r.csv"] {
+        place.refused(&["convert", "r.csv", out], USAGE, &["is the recording itself", "name another file"]);
+    }
+    let told = |arguments: &[&str]| {
+        let outcome = place.run(&[&["convert"], arguments].concat());
+        assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), ""), "{outcome:?}");
+        outcome.stderr
+    };
+    let first = told(&["r.csv", "a.npz"]);
+    assert!(first.contains("(1 to 40 became 0 to 39) and the names of the features"), "{first}");
+    assert!(!first.contains("overwritten"), "{first}");
+    assert!(told(&["r.csv", "a.npz"]).contains("a.npz: was there already, and was overwritten"));
+    place.done(&["convert", "--quiet", "r.csv", "a.npz"]);
+    // What is read from an archive, and bodies that prefixes tell, lose nothing.
+    assert_eq!(told(&["a.npz", "b.npz"]), "");
+    assert_eq!(told(&["a.npz", "b.trc"]), "");
+    place.write("colons.csv", "frame,body,feature,x,y,z\n0,a,b:c,0,0,1\n1,a,b:c,0,0,1\n");
+    let lost = told(&["colons.csv", "c.trc"]);
+    assert!(lost.contains("c.trc: the format tells a body by") && lost.contains("`a:b:c`"), "{lost}");
+    assert_eq!(told(&["colons.csv", "d.csv"]), "");
+}
+
+#[test]
+fn a_body_whose_markers_go_their_own_ways_is_told_to_be_none() {
+    let place = place("");
+    assert!(!place.done(&["inspect", "r.csv"]).contains("no rigid body"));
+    let mut person = String::from("frame,body,feature,x,y,z\n");
+    for frame in 0..200 {
+        for marker in 0..6 {
+            let place = f64::from(marker) * 0.3 + 0.3 * (0.004 * f64::from(frame) * f64::from(marker + 1)).sin();
+            let _ = writeln!(person, "{frame},person,{marker},{place},{},1", 0.1 * f64::from(marker * marker));
+        }
+    }
+    place.write("person.csv", person);
+    let told = place.done(&["inspect", "person.csv"]);
+    assert!(told.contains("note: body `person`: most of its markers do not keep their distances"), "{told}");
+}
+
 #[cfg(feature = "parquet")]
 #[test]
 fn recordings_in_columns_are_written_read_and_inspected() {

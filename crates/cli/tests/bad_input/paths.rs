@@ -23,9 +23,8 @@ fn a_missing_configuration_is_a_usage_error() {
 }
 
 #[test]
-fn no_configuration_and_no_recording_are_usage_errors_that_say_what_to_give() {
+fn no_recording_is_a_usage_error_that_says_what_to_give() {
     let place = Place::with(door());
-    place.refused(&["run", "--input", "r.csv"], USAGE, &["--config <FILE>"]);
     place.refused(
         &["run", "--config", "c.toml"],
         USAGE,

@@ -5,11 +5,7 @@ use nalgebra::Vector6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Mobility,
-    judge::{hidden_cost, observations},
-    random_effect, starts,
-};
+use super::{Mobility, random_effect, starts};
 use crate::{Confidence, Departure, Evidence, FitError, Joint, JointFit, JointModel, joint_model, point_path};
 
 /// Free motion: the bodies are not connected; in results it is usually named `disconnected`.
@@ -59,14 +55,10 @@ impl JointModel for Free {
         // What every parameter that play does not charge gains by chance.
         let unpaid = f64::from(PARAMETERS.saturating_sub(self.parameters));
         fit.evidence = Some(Evidence {
-            chi_squared: series.merged_cost(),
             configuration_cost: random_effect::cost(&departures, series.noise()) + unpaid * series.correlation_time(),
-            prior_cost: hidden_cost(mobility, series),
-            mobility,
             freedom: 6.0 * (series.seen() - count) as f64,
-            observations: observations(series),
-            correlation_time: series.correlation_time(),
             departure: plays.then_some(Departure { squared: 0.0, per_noise: f64::INFINITY, adequate: 25.0 }),
+            ..Evidence::of_poses(mobility, series)
         });
         Ok(fit)
     }

@@ -102,16 +102,9 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
         white.iter().zip(&ideal.residuals).map(|(white, residual)| (white * residual).norm_squared()).collect();
     let chi_squared = sum_of(&squares, 6.0, series.correlation_time());
     let mobility = mechanism.mobility();
-    let mut evidence = Evidence {
-        chi_squared: chi_squared + series.merged_cost(),
-        configuration_cost: configuration_cost(mechanism, &ideal),
-        prior_cost: hidden_cost(mobility, series),
-        mobility,
-        freedom: freedom(mobility, series),
-        observations: observations(series),
-        correlation_time: series.correlation_time(),
-        departure: None,
-    };
+    let mut evidence = Evidence::of_poses(mobility, series);
+    evidence.chi_squared += chi_squared;
+    evidence.configuration_cost = configuration_cost(mechanism, &ideal);
     let sweep = sweep(mechanism, &adequate);
     let mut judged = Judged { ideal, adequate, evidence, misfit: (0.0, 0.0), sweep };
     if plays {
@@ -143,6 +136,24 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     Ok(judged)
 }
 
+impl Evidence {
+    /// What a model of so much mobility costs for poses that it explains exactly, by whatever positions: the terms that
+    /// depend on the series alone. To be added are `chi_squared` of what the model leaves, `configuration_cost` of its
+    /// positions, and `departure`, unless joints are ideal.
+    pub fn of_poses(mobility: Mobility, series: &PoseSeries) -> Self {
+        Self {
+            chi_squared: series.merged_cost(),
+            configuration_cost: 0.0,
+            prior_cost: hidden_cost(mobility, series),
+            mobility,
+            freedom: freedom(mobility, series),
+            observations: observations(series),
+            correlation_time: series.correlation_time(),
+            departure: None,
+        }
+    }
+}
+
 /// Price of a constant that was drawn from a Gaussian about 0 of this standard deviation and fitted with this variance:
 /// `-2 ln` of what integrating it out leaves of the likelihood.
 fn drawn_cost(constant: f64, variance: f64, usual: f64) -> f64 {
@@ -151,14 +162,14 @@ fn drawn_cost(constant: f64, variance: f64, usual: f64) -> f64 {
 }
 
 /// Cost of a motion that no single frame shows: what rests is more likely at rest.
-pub(super) fn hidden_cost(mobility: Mobility, series: &PoseSeries) -> f64 {
+fn hidden_cost(mobility: Mobility, series: &PoseSeries) -> f64 {
     const HIDDEN: f64 = 2.0;
     let merged = series.poses().len() < series.seen();
     if merged && mobility.turns + mobility.slides > 0 { HIDDEN } else { 0.0 }
 }
 
 /// Numbers that count as independent, for the price of parameters.
-pub(super) fn observations(series: &PoseSeries) -> f64 {
+fn observations(series: &PoseSeries) -> f64 {
     let count = series.poses().len();
     // Six numbers per pose; of the means of merged ones, which are as many as it takes to see any motion, fewer.
     let each = if count < series.seen() { 5 } else { 6 };

@@ -66,6 +66,7 @@ pub use judge::{Judged, judge, judge_series};
 pub(crate) use judge::{bend_cost, far_hinge_cost};
 pub use planar::Planar;
 pub use prismatic::Prismatic;
+pub use random_effect::cost as cost_of_positions;
 pub use revolute::Revolute;
 pub use rigid::Rigid;
 pub use screw::Screw;

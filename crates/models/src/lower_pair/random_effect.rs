@@ -7,12 +7,16 @@ const ROUNDS: usize = 20;
 /// Least variance of a position, in variances of its noise.
 const LEAST: f64 = 1e-10;
 
-/// Cost of positions `q_t`, measured with covariances `N_t`, in units of -2 log likelihood:
+/// Cost of positions `q_t` of `D` freedoms, measured with covariances `N_t`, in units of -2 log likelihood:
 /// `Σ ln det(S + N_t) - ln det N_t + (q_t - μ)ᵀ (S + N_t)⁻¹ (q_t - μ)`.
 ///
 /// `μ` is their mean, `S` is found by expectation maximisation. A degree of freedom that is not there so costs its
-/// parameters, not one parameter per frame.
-pub(super) fn cost<const D: usize>(positions: &[SVector<f64, D>], noise: &[SMatrix<f64, D, D>]) -> f64 {
+/// parameters, not one parameter per frame. Positions are in metres or radians, one per pose of a
+/// [`PoseSeries`](jointscope_motion::PoseSeries).
+///
+/// # References
+/// docs/method.md, equation (11).
+pub fn cost<const D: usize>(positions: &[SVector<f64, D>], noise: &[SMatrix<f64, D, D>]) -> f64 {
     let count = positions.len() as f64;
     if positions.is_empty() || D == 0 {
         return 0.0;
