@@ -297,9 +297,10 @@ fn a_body_that_slowly_changes_its_shape_is_told_from_noise_drift_of_one_feature_
         BodyMotion::of(&body, &MotionSettings::default()).deformation().expect("told")
     };
     let soft = deformation(0.2, SIGMA, 0.0, 0.0);
-    // A uniform stretch by 20 % of 0.2 m: its standard deviation over features and time, less what poses take up.
-    let expected = 0.2 * SIZE / 12_f64.sqrt() / 2_f64.sqrt();
-    assert!((0.5..1.2).contains(&(soft.distance / expected)), "{soft:?}, {expected}");
+    // A stretch by 20 % of 0.2 m: at least half of its standard deviation over features and time, of which poses take up
+    // a part, and less than the most that any feature departs.
+    let (least, most) = (0.5 * 0.2 * SIZE / 12_f64.sqrt() / 2_f64.sqrt(), 0.2 * SIZE / 2.0);
+    assert!((least..most).contains(&soft.distance), "{soft:?}");
     assert!((0.8..1.2).contains(&(soft.noise / (3_f64.sqrt() * SIGMA))), "{soft:?}");
     for rigid in [
         deformation(0.0, SIGMA, 0.0, 0.0),
