@@ -56,7 +56,9 @@ impl Document {
             text += "| goal | what | wanted | measured (middle 80 %) | |\n|---|---|---|---|---|\n";
             let mut rows: Vec<&Row> = self.rows.iter().collect();
             rows.sort_by_key(|row| row.goal[1..].parse::<u32>().unwrap_or(0));
-            rows.iter().for_each(|row| text += &(row.line() + "\n"));
+            for row in rows {
+                text += &(row.line() + "\n");
+            }
         }
         if !self.doublings.is_empty() {
             text +=
