@@ -435,7 +435,9 @@ impl Detector {
     /// What the models find, what the rule concludes, and what must be said about how the motion was taken.
     fn weighed(&self, views: &Views<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Option<String>) {
         let (models, verdict) = self.weigh(views);
-        let Some(series) = views.seen.pose_series().filter(|_| self.configuration.rule.compares_evidence()) else {
+        // Without evidence to compare nobody asks for poses and how well they are known.
+        let compares = self.configuration.rule.compares_evidence();
+        let Some(series) = compares.then(|| views.seen.pose_series()).flatten() else {
             return (models, verdict, None);
         };
         if series.tracked()
@@ -582,7 +584,7 @@ fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<Stri
         let show = if frames == 1 { "frame shows" } else { "frames show" };
         doubts.push(format!("{frames} {show} both bodies, at least {FEW_FRAMES} are needed; record more"));
     }
-    if let Some(series) = motion.pose_series().filter(|_| verdict.cost.is_some()) {
+    if let Some(series) = verdict.cost.and_then(|_| motion.pose_series()) {
         if series.vague() {
             doubts.push(
                 "the turn of a body about the line of its features is not seen; track a feature beside it".into(),

@@ -10,6 +10,7 @@ use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 use crate::line::{Line, is_line};
 use crate::noise::{Deformation, Residuals, Spread, Trust, believed_drift, lag_one};
 use crate::poses::{Shape, chained, chained_from_the_best, first, rebase_to, settle, spread};
+use crate::relative_motion::Path;
 use crate::robust::{Registered, register_robustly};
 use crate::start::first_pose;
 use crate::uncertainty::{of_registered, of_tracked};
@@ -58,6 +59,7 @@ pub struct BodyMotion<'r> {
     play: Play,
     at_rest: bool,
     covariances: OnceLock<Vec<Matrix6<f64>>>,
+    path: OnceLock<Path>,
     start_covariance: Option<Matrix6<f64>>,
 }
 
@@ -164,6 +166,7 @@ impl<'r> BodyMotion<'r> {
             play: settings.play,
             at_rest: false,
             covariances: OnceLock::new(),
+            path: OnceLock::new(),
             start_covariance: None,
         }
     }
@@ -458,6 +461,11 @@ impl<'r> BodyMotion<'r> {
     /// Whether the body's poses were given by a tracker rather than found from features.
     pub fn is_tracked(&self) -> bool {
         self.tracked.is_some()
+    }
+
+    /// The way that its features travelled through all frames.
+    pub(crate) fn path(&self) -> Path {
+        *self.path.get_or_init(|| Path::observed(&self.tracks, &(0..self.tracks.frames()).collect::<Vec<_>>()))
     }
 
     /// The first frame in which the body has a pose: there its coordinates are the recording's.

@@ -1,5 +1,9 @@
 //! Lengths of trajectories: paths and extents.
 
+mod in_lanes;
+
+pub use in_lanes::{extent_of_rows, path_length_of_rows};
+
 use nalgebra::{Point3, distance, distance_squared};
 
 /// Points in a block at the bottom of the hierarchy.
@@ -90,6 +94,12 @@ mod tests {
                 let points: Vec<_> = (0..count).map(|i| place(f64::from(i))).collect();
                 let all = points.iter().flat_map(|p| points.iter().map(move |q| distance(p, q)));
                 assert_eq!(extent(&points), all.fold(0.0, f64::max), "{count} points");
+                let rows = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
+                let rows = [&rows[0][..], &rows[1], &rows[2]];
+                let off = (extent_of_rows(rows) / extent(&points) - 1.0).abs();
+                assert!(off < 1e-15, "{count} points in lanes: {off:e}");
+                let off = (path_length_of_rows(rows, points.len()) / path_length(&points) - 1.0).abs();
+                assert!(off < 1e-13, "the path of {count} points in lanes: {off:e}");
             }
         }
     }
@@ -100,6 +110,8 @@ mod tests {
         assert_eq!(extent(&[Point3::new(1., 2., 3.)]), 0.0);
         assert_eq!(extent(&[Point3::new(1., 2., 3.); 5]), 0.0);
         assert_eq!(path_length(&[]), 0.0);
+        assert_eq!((extent_of_rows([&[]; 3]), path_length_of_rows([&[]; 3], 0)), (0.0, 0.0));
+        assert_eq!((extent_of_rows([&[1.0; 5]; 3]), path_length_of_rows([&[1.0; 5]; 3], 5)), (0.0, 0.0));
     }
 
     #[test]

@@ -17,6 +17,7 @@
 
 mod body;
 mod body_motion;
+mod columns;
 mod depth;
 mod depth_gain;
 mod error;
@@ -44,9 +45,10 @@ mod uncertainty;
 
 pub use body::{Body, Observation};
 pub use body_motion::{BodyMotion, Noise, Outlier};
+pub use columns::Columns;
 pub use depth_gain::{DepthGain, Undone, undo_depth_gain};
 pub use error::MotionError;
-pub use extent::{extent, path_length};
+pub use extent::{extent, extent_of_rows, path_length, path_length_of_rows};
 pub use leaps::{Leaps, leaps};
 pub use noise::Deformation;
 pub use play::Play;

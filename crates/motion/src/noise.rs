@@ -64,9 +64,10 @@ impl Residuals {
         let (mut of_frames, mut worst) = (Vec::new(), None);
         for (frame, pose) in fresh(tracks, poses) {
             let (mut here, mut squares) = (0_usize, 0.0);
+            let (turn, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
             for (feature, position) in tracks.seen(frame).filter(|&(feature, _)| counts(frame, feature)) {
                 let Some(expected) = &shape[feature] else { continue };
-                let square = (position - pose * expected).norm_squared();
+                let square = (position.coords - (turn * expected.coords + shift)).norm_squared();
                 used[feature] = true;
                 here += 1;
                 squares += square;
@@ -131,15 +132,25 @@ pub(crate) fn lag_one(
     shape: &[Option<Point3<f64>>],
     counts: impl Fn(usize, usize) -> bool,
 ) -> f64 {
-    let residual = |frame: usize, feature: usize| {
-        let place = shape[feature].filter(|_| counts(frame, feature))?;
-        Some(tracks.get(frame, feature)? - poses[frame]? * place)
+    let (mut before, mut now) = (vec![None; shape.len()], vec![None; shape.len()]);
+    let look = |frame: usize, residuals: &mut [Option<Vector3<f64>>]| {
+        residuals.fill(None);
+        let Some(pose) = &poses[frame] else { return };
+        let (turn, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
+        for (feature, position) in tracks.seen(frame).filter(|&(feature, _)| counts(frame, feature)) {
+            residuals[feature] = shape[feature].map(|place| position.coords - (turn * place.coords + shift));
+        }
     };
     let (mut product, mut squares) = (0.0, 0.0);
-    for frame in (1..tracks.frames()).filter(|frame| !tracks.repeats_previous(*frame)) {
-        for feature in 0..tracks.features() {
-            let Some((before, now)) = residual(frame - 1, feature).zip(residual(frame, feature)) else { continue };
-            product += before.dot(&now);
+    for frame in 0..tracks.frames() {
+        std::mem::swap(&mut before, &mut now);
+        look(frame, &mut now);
+        if frame == 0 || tracks.repeats_previous(frame) {
+            continue;
+        }
+        for (before, now) in before.iter().zip(&now).filter_map(|(before, now)| Some((before.as_ref()?, now.as_ref()?)))
+        {
+            product += before.dot(now);
             squares += before.norm_squared() + now.norm_squared();
         }
     }

@@ -109,10 +109,12 @@ pub(crate) fn rebase_to(start: &Pose, poses: &mut [Option<Pose>], shape: &mut Sh
 fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
     let mut sums = vec![(0.0, Vector3::zeros()); tracks.features()];
     for (frame, pose) in noise::fresh(tracks, poses) {
+        let back = pose.inverse();
+        let (turn, shift) = (back.rotation.to_rotation_matrix(), back.translation.vector);
         for (feature, position) in tracks.seen(frame) {
             let (count, sum) = &mut sums[feature];
             *count += 1.0;
-            *sum += pose.inverse_transform_point(position).coords;
+            *sum += turn * position.coords + shift;
         }
     }
     sums.into_iter().map(|(count, sum)| (count > 0.0).then(|| Point3::from(sum / count))).collect()

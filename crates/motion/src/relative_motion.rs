@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Vector3, distance};
 
-use crate::{BodyMotion, Pose, PoseSeries, Tracks, extent, path_length};
+use crate::{BodyMotion, Columns, Pose, PoseSeries, Tracks, extent, path_length, path_length_of_rows};
 
 /// Why one body's motion cannot be seen from another.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -93,7 +93,8 @@ pub struct RelativeMotion<'m> {
     reference: &'m BodyMotion<'m>,
     moving: &'m BodyMotion<'m>,
     frames: Vec<usize>,
-    trajectories: Trajectories,
+    trajectories: OnceLock<Trajectories>,
+    columns: OnceLock<Option<Columns>>,
     paths: OnceLock<Lengths>,
     pose_series: OnceLock<Option<PoseSeries>>,
 }
@@ -119,8 +120,15 @@ impl<'m> RelativeMotion<'m> {
             let (reference, moving) = (reference.name().into(), moving.name().into());
             return Err(RelativeMotionError::NeverTogether { reference, moving });
         }
-        let trajectories = seen_from(reference, moving, &frames);
-        Ok(Self { reference, moving, frames, trajectories, paths: OnceLock::new(), pose_series: OnceLock::new() })
+        Ok(Self {
+            reference,
+            moving,
+            frames,
+            trajectories: OnceLock::new(),
+            columns: OnceLock::new(),
+            paths: OnceLock::new(),
+            pose_series: OnceLock::new(),
+        })
     }
 
     /// The body from which motion is seen.
@@ -145,7 +153,18 @@ impl<'m> RelativeMotion<'m> {
 
     /// The moving body's features as seen from the reference.
     pub fn trajectories(&self) -> &Trajectories {
-        &self.trajectories
+        self.trajectories.get_or_init(|| seen_from(self.moving, &self.frames, &self.recording_poses()))
+    }
+
+    /// The same, coordinate by coordinate; `None` unless every feature is seen in every frame that counts.
+    pub fn columns(&self) -> Option<&Columns> {
+        let columns = || Columns::of(self.moving.tracks(), &self.frames, &self.recording_poses());
+        self.columns.get_or_init(columns).as_ref()
+    }
+
+    /// `reference_from_recording` in every frame that counts.
+    fn recording_poses(&self) -> Vec<Pose> {
+        self.frames.iter().map(|&frame| self.reference.poses()[frame].unwrap_or_default().inverse()).collect()
     }
 
     /// `reference_from_moving` at a frame, where both bodies are posed.
@@ -206,9 +225,9 @@ impl<'m> RelativeMotion<'m> {
     /// Centroid of the moving body's seen features at the first frame that counts, metres.
     pub fn first_centroid(&self) -> Point3<f64> {
         let first = self.frames[0];
-        let here = || {
-            self.trajectories.iter().filter_map(|t| Some(t.points[t.frames.iter().position(|f| *f == first)?].coords))
-        };
+        let pose = self.reference.poses()[first].unwrap_or_default().inverse();
+        let (rotation, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
+        let here = || self.moving.tracks().seen(first).map(|(_, point)| rotation * point.coords + shift);
         Point3::from(here().sum::<Vector3<f64>>() / here().count() as f64)
     }
 
@@ -224,9 +243,17 @@ impl<'m> RelativeMotion<'m> {
         *self.paths.get_or_init(|| {
             let steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
             let mean = |path: Path| (path.length / path.steps.max(1) as f64 * steps, path.magnitude);
-            let observed = |body: &BodyMotion<'_>| mean(Path::observed(body.tracks(), &self.frames));
-            let relative = mean(self.trajectories.iter().map(Path::along).fold(Path::default(), Path::and));
-            self.above_rounding([observed(self.reference), observed(self.moving), relative])
+            let all = self.frames.len() == self.recording_frames();
+            let observed = |body: &BodyMotion<'_>| {
+                mean(if all { body.path() } else { Path::observed(body.tracks(), &self.frames) })
+            };
+            let relative = match self.columns() {
+                Some(columns) => (0..columns.features())
+                    .map(|feature| Path::along_rows(columns, feature, &self.frames))
+                    .fold(Path::default(), Path::and),
+                None => self.trajectories().iter().map(Path::along).fold(Path::default(), Path::and),
+            };
+            self.above_rounding([observed(self.reference), observed(self.moving), mean(relative)])
         })
     }
 
@@ -241,7 +268,7 @@ impl<'m> RelativeMotion<'m> {
             (length, magnitude)
         };
         let observed = |body: &BodyMotion<'_>| mean(&as_observed(body, &self.frames));
-        self.above_rounding([observed(self.reference), observed(self.moving), mean(&self.trajectories)])
+        self.above_rounding([observed(self.reference), observed(self.moving), mean(self.trajectories())])
     }
 
     /// Lengths of reference, moving and relative motion, each with the largest coordinate of what it was measured on;
@@ -258,8 +285,8 @@ impl<'m> RelativeMotion<'m> {
 }
 
 /// A way along which features travelled.
-#[derive(Default)]
-struct Path {
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Path {
     /// Sum of the distances between successive samples, metres.
     length: f64,
     /// Frames that these steps take.
@@ -270,7 +297,11 @@ struct Path {
 
 impl Path {
     /// Of all of a body's features through the frames given.
-    fn observed(tracks: &Tracks, frames: &[usize]) -> Self {
+    pub(crate) fn observed(tracks: &Tracks, frames: &[usize]) -> Self {
+        let complete = |&frame: &usize| tracks.seen_count(frame) == tracks.features();
+        if frames.iter().all(complete) {
+            return Self::of_all(tracks, frames);
+        }
         let mut path = Self::default();
         let mut latest: Vec<Option<(usize, &Point3<f64>)>> = vec![None; tracks.features()];
         for &frame in frames {
@@ -285,6 +316,19 @@ impl Path {
         path
     }
 
+    /// The same where every frame shows all features.
+    fn of_all(tracks: &Tracks, frames: &[usize]) -> Self {
+        let mut path = Self::default();
+        for step in frames.windows(2) {
+            let (from, to) = (tracks.frame(step[0]), tracks.frame(step[1]));
+            path.length += from.iter().zip(to).map(|(from, to)| distance(from, to)).sum::<f64>();
+            path.steps += (step[1] - step[0]) * tracks.features();
+        }
+        let points = frames.iter().flat_map(|&frame| tracks.frame(frame));
+        path.magnitude = points.fold(0.0_f64, |m, p| m.max(p.x.abs()).max(p.y.abs()).max(p.z.abs()));
+        path
+    }
+
     /// Of one feature.
     fn along(trajectory: Trajectory<'_>) -> Self {
         let steps = trajectory.frames.last().zip(trajectory.frames.first()).map_or(0, |(last, first)| last - first);
@@ -292,22 +336,30 @@ impl Path {
         Self { length: path_length(trajectory.points), steps, magnitude }
     }
 
+    /// The same of a feature that is always seen.
+    fn along_rows(columns: &Columns, feature: usize, frames: &[usize]) -> Self {
+        let rows = columns.rows(feature);
+        let magnitude = rows.iter().flat_map(|row| row.iter()).fold(0.0_f64, |m, coordinate| m.max(coordinate.abs()));
+        let steps = frames[frames.len() - 1] - frames[0];
+        Self { length: path_length_of_rows(rows, columns.frames()), steps, magnitude }
+    }
+
+    /// With all positions multiplied.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Self { length: factor * self.length, steps: self.steps, magnitude: factor * self.magnitude }
+    }
+
     fn and(self, Self { length, steps, magnitude }: Self) -> Self {
         Self { length: self.length + length, steps: self.steps + steps, magnitude: self.magnitude.max(magnitude) }
     }
 }
 
-/// The moving body's features in the reference's coordinates.
-fn seen_from(reference: &BodyMotion<'_>, moving: &BodyMotion<'_>, frames: &[usize]) -> Trajectories {
-    let poses: Vec<_> = frames
-        .iter()
-        .map(|&frame| {
-            let inverse = reference.poses()[frame].unwrap_or_default().inverse();
-            (inverse.rotation.to_rotation_matrix(), inverse.translation.vector)
-        })
-        .collect();
+/// A body's features after the poses `target_from_recording` of some frames.
+fn seen_from(moving: &BodyMotion<'_>, frames: &[usize], poses: &[Pose]) -> Trajectories {
+    let maps = poses.iter().map(|pose| (pose.rotation.to_rotation_matrix(), pose.translation.vector));
+    let maps: Vec<_> = maps.collect();
     collect(moving, frames, |index, point| {
-        let (rotation, translation) = &poses[index];
+        let (rotation, translation) = &maps[index];
         rotation * point + translation
     })
 }

@@ -1,6 +1,6 @@
 //! How well each pose of a body is known.
 
-use nalgebra::{Matrix3, Matrix6, Point3};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3};
 
 use crate::noise::Spread;
 use crate::poses::Shape;
@@ -39,19 +39,31 @@ pub(crate) fn of_registered(
     let of_pose = |(frame, pose): (usize, &Option<Pose>)| -> Option<Matrix6<f64>> {
         let pose = pose.as_ref()?;
         let turn = pose.rotation.to_rotation_matrix();
-        let (mut turning, mut mixed, mut moving) = (Matrix3::zeros(), Matrix3::zeros(), Matrix3::zeros());
-        for (feature, position) in tracks.seen(frame).filter(|&(feature, _)| used(frame, feature)) {
-            let Some(place) = shape[feature] else { continue };
-            let lever = (turn * (place - centre)).cross_matrix();
-            let information = if equal {
-                Matrix3::from_diagonal_element(spread.across.powi(-2))
-            } else {
-                spread.information(&position.coords.normalize())
-            } / (1.0 + of_shape(feature));
-            turning -= lever * information * lever;
-            mixed += lever * information;
-            moving += information;
-        }
+        let seen = tracks.seen(frame).filter(|&(feature, _)| used(frame, feature));
+        let placed = seen.filter_map(|(feature, position)| Some((feature, position, shape[feature]? - centre)));
+        let (turning, mixed, moving) = if equal {
+            // Moments in the body's coordinates tell the sums: [x]×ᵀ [x]× = |x|² - x xᵀ.
+            let (mut count, mut sum, mut squares) = (0.0, Vector3::zeros(), Matrix3::zeros());
+            for (feature, _, place) in placed {
+                let weight = spread.across.powi(-2) / (1.0 + of_shape(feature));
+                count += weight;
+                sum += place * weight;
+                squares += place * (place * weight).transpose();
+            }
+            let squares = turn * squares * turn.transpose();
+            let turning = Matrix3::from_diagonal_element(squares.trace()) - squares;
+            (turning, (turn * sum).cross_matrix(), Matrix3::from_diagonal_element(count))
+        } else {
+            let (mut turning, mut mixed, mut moving) = (Matrix3::zeros(), Matrix3::zeros(), Matrix3::zeros());
+            for (feature, position, place) in placed {
+                let lever = (turn * place).cross_matrix();
+                let information = spread.information(&position.coords.normalize()) / (1.0 + of_shape(feature));
+                turning -= lever * information * lever;
+                mixed += lever * information;
+                moving += information;
+            }
+            (turning, mixed, moving)
+        };
         let mut information = prior;
         let mut add = |row, column, block: &Matrix3<f64>| {
             let mut view = information.fixed_view_mut::<3, 3>(row, column);

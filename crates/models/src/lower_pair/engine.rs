@@ -4,15 +4,15 @@ use jointscope_motion::{
     Pose,
     twist::{self, Twist},
 };
-use nalgebra::{Matrix3, Matrix6, Matrix6x3, SMatrix, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 use super::Mechanism;
+use super::linearisation::{Linear, Linearisation, Whitening};
 
 /// Unknowns: six of the joint's coordinates, six of the home pose, two constants.
-const UNKNOWNS: usize = 14;
-type Jacobian = SMatrix<f64, 6, UNKNOWNS>;
-type Normal = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
-type Unknowns = SVector<f64, UNKNOWNS>;
+pub(super) const UNKNOWNS: usize = 14;
+pub(super) type Normal = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+pub(super) type Unknowns = SVector<f64, UNKNOWNS>;
 
 /// Most iterations, and those that every start gets before the best goes on alone.
 const ITERATIONS: usize = 25;
@@ -73,26 +73,28 @@ pub fn fit(
     whitening: &[Matrix6<f64>],
     starts: &[Placement],
 ) -> Option<Fitted> {
+    let problem = Problem { mechanism, poses, whitening, lanes: Whitening::of(whitening) };
     let mut best: Option<State> = None;
     for start in starts {
-        let mut state = State::new(mechanism, poses, whitening, *start, projected(mechanism, poses, start));
-        state.iterate(mechanism, poses, whitening, if starts.len() > 1 { TRIAL_ITERATIONS } else { ITERATIONS });
+        let mut state = State::new(&problem, *start, projected(mechanism, poses, start));
+        state.iterate(&problem, if starts.len() > 1 { TRIAL_ITERATIONS } else { ITERATIONS });
         if state.cost.is_finite() && best.as_ref().is_none_or(|best| state.cost < best.cost) {
             best = Some(state);
         }
     }
     let mut state = best?;
     if starts.len() > 1 && !state.converged {
-        state.iterate(mechanism, poses, whitening, ITERATIONS - TRIAL_ITERATIONS);
+        state.iterate(&problem, ITERATIONS - TRIAL_ITERATIONS);
     }
-    Some(state.finish(mechanism, poses, whitening))
+    Some(state.finish(&problem))
 }
 
 /// Fits a mechanism with other weights, from where a fit of the same poses ended.
 pub fn refit(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>], from: &Fitted) -> Option<Fitted> {
-    let mut state = State::new(mechanism, poses, whitening, from.placement, from.positions.clone());
-    state.iterate(mechanism, poses, whitening, ITERATIONS);
-    state.cost.is_finite().then(|| state.finish(mechanism, poses, whitening))
+    let problem = Problem { mechanism, poses, whitening, lanes: Whitening::of(whitening) };
+    let mut state = State::new(&problem, from.placement, from.positions.clone());
+    state.iterate(&problem, ITERATIONS);
+    state.cost.is_finite().then(|| state.finish(&problem))
 }
 
 /// Positions nearest to the poses.
@@ -106,64 +108,57 @@ fn projected(mechanism: &dyn Mechanism, poses: &[Pose], start: &Placement) -> Ve
     poses.iter().map(project).collect()
 }
 
+/// What is fitted to what.
+struct Problem<'a> {
+    mechanism: &'a dyn Mechanism,
+    poses: &'a [Pose],
+    whitening: &'a [Matrix6<f64>],
+    lanes: Whitening,
+}
+
+/// Positions of all frames, and what follows from them.
+#[derive(Clone)]
+struct Trial {
+    positions: Vec<Vector3<f64>>,
+    /// `h⁻¹`.
+    inverses: Vec<Pose>,
+    residuals: Vec<Twist>,
+}
+
 struct State {
     placement: Placement,
-    positions: Vec<Vector3<f64>>,
-    residuals: Vec<Twist>,
+    now: Trial,
+    next: Trial,
     cost: f64,
     damping: f64,
     stalled: usize,
     converged: bool,
-    trial: Vec<Vector3<f64>>,
-    trial_residuals: Vec<Twist>,
-    eliminated: Vec<Eliminated>,
-}
-
-/// What is left of a frame after its positions are eliminated: how they follow the unknowns.
-#[derive(Clone)]
-struct Eliminated {
-    basis: Matrix6x3<f64>,
-    triangle: Matrix3<f64>,
-    residual: Vector3<f64>,
-    jacobian: SMatrix<f64, 3, UNKNOWNS>,
+    linear: Linearisation,
 }
 
 impl State {
-    fn new(
-        mechanism: &dyn Mechanism,
-        poses: &[Pose],
-        whitening: &[Matrix6<f64>],
-        start: Placement,
-        positions: Vec<Vector3<f64>>,
-    ) -> Self {
-        let mut state = Self {
+    fn new(problem: &Problem<'_>, start: Placement, positions: Vec<Vector3<f64>>) -> Self {
+        let frames = positions.len();
+        let mut now =
+            Trial { positions, inverses: vec![Pose::identity(); frames], residuals: vec![Twist::zeros(); frames] };
+        let cost = now.follow(problem, &start);
+        let (freedoms, constants) = (problem.mechanism.freedoms(), problem.mechanism.constants());
+        Self {
             placement: start,
-            trial: positions.clone(),
-            positions,
-            residuals: vec![Twist::zeros(); poses.len()],
-            trial_residuals: vec![Twist::zeros(); poses.len()],
-            cost: f64::INFINITY,
+            next: now.clone(),
+            now,
+            cost,
             damping: 1e-3,
             stalled: 0,
             converged: false,
-            eliminated: vec![
-                Eliminated {
-                    basis: Matrix6x3::zeros(),
-                    triangle: Matrix3::identity(),
-                    residual: Vector3::zeros(),
-                    jacobian: SMatrix::zeros()
-                };
-                poses.len()
-            ],
-        };
-        state.cost = residuals(mechanism, poses, whitening, &state.placement, &state.positions, &mut state.residuals);
-        state
+            linear: Linearisation::new(frames, freedoms, constants),
+        }
     }
 
-    fn iterate(&mut self, mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>], iterations: usize) {
+    fn iterate(&mut self, problem: &Problem<'_>, iterations: usize) {
         for _ in 0..iterations {
-            let (normal, gradient) = self.linearise(mechanism, whitening);
-            if !self.step(mechanism, poses, whitening, &normal, &gradient) || self.stalled >= 2 {
+            let (normal, gradient) = self.linearise(problem);
+            if !self.step(problem, &normal, &gradient) || self.stalled >= 2 {
                 self.converged = true;
                 break;
             }
@@ -171,58 +166,25 @@ impl State {
     }
 
     /// Normal equations of the unknowns, the positions eliminated.
-    fn linearise(&mut self, mechanism: &dyn Mechanism, whitening: &[Matrix6<f64>]) -> (Normal, Unknowns) {
+    fn linearise(&mut self, problem: &Problem<'_>) -> (Normal, Unknowns) {
         let Placement { joint, home, constants } = self.placement;
-        let carry = twist::adjoint(&(home.inverse() * joint));
-        let freedoms = mechanism.freedoms();
-        let (mut normal, mut gradient) = (Normal::zeros(), Unknowns::zeros());
-        for (frame, white) in whitening.iter().enumerate() {
-            let q = &self.positions[frame];
-            let turned = twist::adjoint(&mechanism.pose(q, &constants).inverse());
-            let carried = white * carry;
-            let along = carried * turned;
-            let mut jacobian = Jacobian::zeros();
-            jacobian.fixed_view_mut::<6, 6>(0, 0).copy_from(&(along - carried));
-            jacobian.fixed_view_mut::<6, 6>(0, 6).copy_from(white);
-            let by_constants = mechanism.constant_twists(q, &constants);
-            for (column, by_constant) in by_constants.iter().enumerate().take(mechanism.constants()) {
-                jacobian.set_column(12 + column, &(along * by_constant));
-            }
-            let mut residual: Vector6<f64> = white * self.residuals[frame];
-            let eliminated = &mut self.eliminated[frame];
-            let twists = mechanism.twists(q, &constants);
-            for (k, twist) in twists.iter().enumerate().take(freedoms) {
-                let mut column: Vector6<f64> = along * twist;
-                for other in 0..k {
-                    let share = eliminated.basis.column(other).dot(&column);
-                    eliminated.triangle[(other, k)] = share;
-                    column -= eliminated.basis.column(other) * share;
-                }
-                let length = column.norm().max(f64::MIN_POSITIVE);
-                eliminated.triangle[(k, k)] = length;
-                column /= length;
-                eliminated.basis.set_column(k, &column);
-                eliminated.residual[k] = column.dot(&residual);
-                residual -= column * eliminated.residual[k];
-                let row = column.tr_mul(&jacobian);
-                jacobian -= column * row;
-                eliminated.jacobian.set_row(k, &row);
-            }
-            normal += jacobian.tr_mul(&jacobian);
-            gradient += jacobian.tr_mul(&residual);
+        let Trial { positions, inverses, residuals } = &self.now;
+        for (frame, q) in positions.iter().enumerate() {
+            self.linear.set(
+                frame,
+                &Linear {
+                    residual: &residuals[frame],
+                    inverse: &inverses[frame],
+                    twists: problem.mechanism.twists(q, &constants),
+                    by_constants: problem.mechanism.constant_twists(q, &constants),
+                },
+            );
         }
-        (normal, gradient)
+        self.linear.equations(&problem.lanes, &(home.inverse() * joint))
     }
 
     /// One damped step; `false` if none lowers the cost.
-    fn step(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        poses: &[Pose],
-        whitening: &[Matrix6<f64>],
-        normal: &Normal,
-        gradient: &Unknowns,
-    ) -> bool {
+    fn step(&mut self, problem: &Problem<'_>, normal: &Normal, gradient: &Unknowns) -> bool {
         for _ in 0..5 {
             let Some(step) = solve(normal, gradient, self.damping) else { return false };
             let turn = step.fixed_rows::<3>(0).amax().max(step.fixed_rows::<3>(6).amax());
@@ -232,25 +194,15 @@ impl State {
                 home: self.placement.home * twist::exp(&step.fixed_rows::<6>(6).into_owned()),
                 constants: self.placement.constants + step.fixed_rows::<2>(12),
             };
-            let freedoms = mechanism.freedoms();
-            for ((trial, q), eliminated) in self.trial.iter_mut().zip(&self.positions).zip(&self.eliminated) {
-                let mut left = eliminated.residual - eliminated.jacobian * step;
-                for k in (0..freedoms).rev() {
-                    for later in k + 1..freedoms {
-                        left[k] -= eliminated.triangle[(k, later)] * left[later];
-                    }
-                    left[k] /= eliminated.triangle[(k, k)];
-                }
-                (freedoms..3).for_each(|k| left[k] = 0.0);
-                *trial = mechanism.advance(q, &left);
+            for (frame, (next, q)) in self.next.positions.iter_mut().zip(&self.now.positions).enumerate() {
+                *next = problem.mechanism.advance(q, &self.linear.advance(frame, &step));
             }
-            let cost = residuals(mechanism, poses, whitening, &placement, &self.trial, &mut self.trial_residuals);
+            let cost = self.next.follow(problem, &placement);
             if cost <= self.cost {
                 let gain = self.cost - cost;
                 self.stalled = if gain < CONVERGED * (1.0 + cost) { self.stalled + 1 } else { 0 };
                 self.placement = placement;
-                std::mem::swap(&mut self.positions, &mut self.trial);
-                std::mem::swap(&mut self.residuals, &mut self.trial_residuals);
+                std::mem::swap(&mut self.now, &mut self.next);
                 self.cost = cost;
                 self.damping = (self.damping / 5.0).max(1e-9);
                 return true;
@@ -260,28 +212,19 @@ impl State {
         false
     }
 
-    fn finish(mut self, mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>]) -> Fitted {
-        let (normal, _) = self.linearise(mechanism, whitening);
+    fn finish(mut self, problem: &Problem<'_>) -> Fitted {
+        let (normal, _) = self.linearise(problem);
         let covariance = solve_all(&normal);
-        let freedoms = mechanism.freedoms();
-        let position_noise = self
-            .eliminated
-            .iter()
-            .map(|eliminated| {
-                let mut triangle = Matrix3::identity();
-                triangle
-                    .view_mut((0, 0), (freedoms, freedoms))
-                    .copy_from(&eliminated.triangle.view((0, 0), (freedoms, freedoms)));
-                (0..3).for_each(|column| (column + 1..3).for_each(|row| triangle[(row, column)] = 0.0));
-                let inverse = triangle.try_inverse().unwrap_or_else(Matrix3::identity);
+        let position_noise = (0..problem.poses.len())
+            .map(|frame| {
+                let inverse = self.linear.triangle(frame).try_inverse().unwrap_or_else(Matrix3::identity);
                 inverse * inverse.transpose()
             })
             .collect();
-        debug_assert_eq!(poses.len(), self.positions.len());
         Fitted {
             placement: self.placement,
-            positions: self.positions,
-            residuals: self.residuals,
+            positions: self.now.positions,
+            residuals: self.now.residuals,
             chi_squared: self.cost,
             joint_covariance: covariance.fixed_view::<6, 6>(0, 0).into_owned(),
             constant_variance: covariance[(12, 12)],
@@ -290,23 +233,19 @@ impl State {
     }
 }
 
-/// Residual of every frame; gives the weighted sum of their squares.
-fn residuals(
-    mechanism: &dyn Mechanism,
-    poses: &[Pose],
-    whitening: &[Matrix6<f64>],
-    placement: &Placement,
-    positions: &[Vector3<f64>],
-    residuals: &mut [Twist],
-) -> f64 {
-    let (back, away) = (placement.home.inverse() * placement.joint, placement.joint.inverse());
-    let mut sum = 0.0;
-    for (((pose, white), q), residual) in poses.iter().zip(whitening).zip(positions).zip(residuals) {
-        let inverse = mechanism.pose(q, &placement.constants).inverse();
-        *residual = twist::log(&(back * inverse * (away * pose)));
-        sum += (white * *residual).norm_squared();
+impl Trial {
+    /// Residual of every frame where a placement puts it; gives the weighted sum of their squares.
+    fn follow(&mut self, problem: &Problem<'_>, placement: &Placement) -> f64 {
+        let (back, away) = (placement.home.inverse() * placement.joint, placement.joint.inverse());
+        let mut sum = 0.0;
+        for (frame, (pose, white)) in problem.poses.iter().zip(problem.whitening).enumerate() {
+            let inverse = problem.mechanism.pose(&self.positions[frame], &placement.constants).inverse();
+            let residual = twist::log(&(back * inverse * (away * pose)));
+            sum += (white * residual).norm_squared();
+            (self.inverses[frame], self.residuals[frame]) = (inverse, residual);
+        }
+        sum
     }
-    sum
 }
 
 fn damped(normal: &Normal, damping: f64) -> Normal {

@@ -46,6 +46,7 @@ mod elliptic_trammel;
 mod engine;
 mod free;
 mod judge;
+mod linearisation;
 pub(crate) mod misfit;
 mod planar;
 mod prismatic;

@@ -1,9 +1,11 @@
 //! Plane and circle through a trajectory.
 
+use jointscope_motion::Columns;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::lanes::{Moments, PlaneMoments};
 use super::principal_axes;
 
 /// Radius, in extents of the points, beyond which a circle is a straight line.
@@ -51,21 +53,51 @@ impl Circle {
         let covariance =
             points.iter().map(|p| p.coords - centroid).map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / count;
         let magnitude = points.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        Self::in_plane(centroid, covariance, magnitude, |[x_axis, y_axis], _| {
+            let plane = |p: &Point3<f64>| {
+                let d = p.coords - centroid;
+                (x_axis.dot(&d), y_axis.dot(&d))
+            };
+            match method {
+                CircleMethod::Taubin => taubin(points.iter().map(plane), count),
+                CircleMethod::Kasa => kasa(&moments(points.iter().map(plane), count)),
+            }
+        })
+    }
+
+    /// The same through a feature's positions in rows, whose moments are known.
+    pub(super) fn through_rows(
+        columns: &Columns,
+        feature: usize,
+        known: &Moments,
+        method: CircleMethod,
+    ) -> Option<Self> {
+        Self::in_plane(known.mean, known.covariance, known.magnitude, |axes, square| {
+            let moments = PlaneMoments::of(columns, feature, known.mean, axes, square);
+            match method {
+                CircleMethod::Taubin => taubin_of(&moments),
+                CircleMethod::Kasa => kasa(&moments),
+            }
+        })
+    }
+
+    /// The circle in the plane of largest spread, by a fit that is given the plane's axes, over the unit of length, and the
+    /// mean squared distance from the centroid in that plane.
+    fn in_plane(
+        centroid: Vector3<f64>,
+        covariance: Matrix3<f64>,
+        magnitude: f64,
+        fit: impl FnOnce([Vector3<f64>; 2], f64) -> Option<(f64, f64, f64)>,
+    ) -> Option<Self> {
         if covariance.trace() <= (ROUNDING * magnitude).powi(2) {
             return None;
         }
-        let [(_, x_axis), (_, y_axis), _] = principal_axes(covariance);
+        let [(along, x_axis), (across, y_axis), _] = principal_axes(covariance);
         let normal = Unit::new_normalize(x_axis.cross(&y_axis));
         // In units of the spread, so that squares and fourth powers are of one size.
         let unit = covariance.trace().sqrt();
-        let plane = |p: &Point3<f64>| {
-            let d = (p.coords - centroid) / unit;
-            (x_axis.dot(&d), y_axis.dot(&d))
-        };
-        let (x, y, radius) = match method {
-            CircleMethod::Taubin => taubin(points.iter().map(plane), count)?,
-            CircleMethod::Kasa => kasa(points.iter().map(plane), count)?,
-        };
+        let axes = [x_axis, y_axis].map(|axis| axis.into_inner() / unit);
+        let (x, y, radius) = fit(axes, (along + across) / covariance.trace())?;
         let centre = Point3::from(centroid + (x_axis.scale(x) + y_axis.scale(y)) * unit);
         Some(Self { centre, normal, radius: radius * unit, x_axis })
     }
@@ -79,29 +111,34 @@ impl Circle {
 
 /// Centre and radius from points whose centroid is the origin and whose mean square distance from it is 1.
 pub(super) fn taubin(points: impl Iterator<Item = (f64, f64)> + Clone, count: f64) -> Option<(f64, f64, f64)> {
-    let mean_z = points.clone().map(|(x, y)| x * x + y * y).sum::<f64>() / count;
-    let row = |(x, y): (f64, f64)| Vector3::new((x * x + y * y - mean_z) / (2.0 * mean_z.sqrt()), x, y);
-    let eigen = SymmetricEigen::new(points.map(row).map(|r| r * r.transpose()).sum::<Matrix3<f64>>() / count);
+    taubin_of(&moments(points, count))
+}
+
+fn taubin_of(moments: &PlaneMoments) -> Option<(f64, f64, f64)> {
+    let PlaneMoments { square, xx, xy, yy, xz, yz, zz } = *moments;
+    let scale = 1.0 / (2.0 * square.sqrt());
+    let (xz, yz, zz) = (scale * xz, scale * yz, scale * scale * zz);
+    let eigen = SymmetricEigen::new(Matrix3::new(zz, xz, yz, xz, xx, xy, yz, xy, yy));
     let vector = eigen.eigenvectors.column(eigen.eigenvalues.imin());
-    let a = vector[0] / (2.0 * mean_z.sqrt());
+    let a = scale * vector[0];
     let (b, c) = (vector[1], vector[2]);
-    finite(-b / (2.0 * a), -c / (2.0 * a), (b * b + c * c + 4.0 * a * a * mean_z).sqrt() / (2.0 * a.abs()))
+    finite(-b / (2.0 * a), -c / (2.0 * a), (b * b + c * c + 4.0 * a * a * square).sqrt() / (2.0 * a.abs()))
 }
 
 /// As [`taubin`], by Kåsa's normal equations `2 M c = (Mxz, Myz)`.
-fn kasa(points: impl Iterator<Item = (f64, f64)>, count: f64) -> Option<(f64, f64, f64)> {
-    let (mut xx, mut xy, mut yy, mut xz, mut yz) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (x, y) in points {
-        let z = x * x + y * y;
-        xx += x * x / count;
-        xy += x * y / count;
-        yy += y * y / count;
-        xz += x * z / count;
-        yz += y * z / count;
-    }
+fn kasa(moments: &PlaneMoments) -> Option<(f64, f64, f64)> {
+    let PlaneMoments { xx, xy, yy, xz, yz, .. } = *moments;
     let determinant = 2.0 * (xx * yy - xy * xy);
     let (x, y) = ((xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant);
     finite(x, y, (x * x + y * y + xx + yy).sqrt())
+}
+
+/// Moments of points whose centroid is the origin.
+fn moments(points: impl Iterator<Item = (f64, f64)> + Clone, count: f64) -> PlaneMoments {
+    let square = points.clone().map(|(x, y)| x * x + y * y).sum::<f64>() / count;
+    let row = |(x, y): (f64, f64)| Vector3::new(x, y, x * x + y * y - square);
+    let sum = points.map(row).map(|r| r * r.transpose()).sum::<Matrix3<f64>>() / count;
+    PlaneMoments { square, xx: sum.m11, xy: sum.m12, yy: sum.m22, xz: sum.m13, yz: sum.m23, zz: sum.m33 }
 }
 
 fn finite(x: f64, y: f64, radius: f64) -> Option<(f64, f64, f64)> {

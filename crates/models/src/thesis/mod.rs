@@ -12,6 +12,7 @@ mod centre_line;
 mod circle;
 mod ellipse;
 mod elliptical;
+mod lanes;
 mod occupied;
 mod positions;
 mod prismatic;
@@ -36,17 +37,26 @@ use occupied::occupied;
 
 /// The trajectories of at least `needed` samples.
 fn trajectories<'m>(motion: &'m RelativeMotion<'_>, needed: usize) -> Result<Vec<Trajectory<'m>>, FitError> {
+    Ok(trajectories_by_feature(motion, needed)?.into_iter().map(|(_, trajectory)| trajectory).collect())
+}
+
+/// The same, each with its feature.
+fn trajectories_by_feature<'m>(
+    motion: &'m RelativeMotion<'_>,
+    needed: usize,
+) -> Result<Vec<(usize, Trajectory<'m>)>, FitError> {
     let found = motion.trajectories().iter().map(|t| t.points.len()).max().unwrap_or(0);
     if found < needed {
         return Err(FitError::TooFewFrames { needed, found });
     }
-    Ok(motion.trajectories().iter().filter(|t| t.points.len() >= needed).collect())
+    Ok(motion.trajectories().iter().enumerate().filter(|(_, t)| t.points.len() >= needed).collect())
 }
+
+/// Rounding as a share of the coordinates' magnitude, after a change of coordinates.
+const ROUNDING: f64 = 1e-13;
 
 /// Whether a trajectory stays in one place, up to the rounding of its coordinates.
 fn is_still(track: &Trajectory<'_>) -> bool {
-    /// Rounding as a share of the coordinates' magnitude, after a change of coordinates.
-    const ROUNDING: f64 = 1e-13;
     let start = track.points[0].coords;
     let (moved, magnitude) = track.points.iter().fold((0.0_f64, 0.0_f64), |(moved, magnitude), p| {
         (moved.max((p.coords - start).amax()), magnitude.max(p.coords.amax()))

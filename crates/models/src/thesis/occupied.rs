@@ -2,14 +2,36 @@
 
 /// Whole degrees that points occupy as seen from the origin: 360 less the longest run of degrees without a point.
 pub(super) fn occupied(points: impl Iterator<Item = (f64, f64)>) -> u16 {
-    let mut occupied = [false; 360];
-    for (x, y) in points {
-        // Rounding may turn a tiny negative angle into 360 exactly.
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let degree = (y.atan2(x).to_degrees().rem_euclid(360.0) as usize).min(359);
-        occupied[degree] = true;
+    let mut degrees = Degrees::default();
+    points.for_each(|(x, y)| degrees.occupy(x, y));
+    degrees.occupied()
+}
+
+/// The degrees of a circle that points occupy.
+pub(super) struct Degrees([bool; 360]);
+
+impl Default for Degrees {
+    fn default() -> Self {
+        Self([false; 360])
     }
-    360 - longest_gap(&occupied)
+}
+
+impl Degrees {
+    /// Takes in a point.
+    pub(super) fn occupy(&mut self, x: f64, y: f64) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        self.occupy_degree(y.atan2(x).to_degrees().rem_euclid(360.0) as usize);
+    }
+
+    /// Takes in a point at an angle of so many whole degrees; rounding may turn a tiny negative angle into 360 exactly.
+    pub(super) fn occupy_degree(&mut self, degree: usize) {
+        self.0[degree.min(359)] = true;
+    }
+
+    /// 360 less the longest run of degrees without a point.
+    pub(super) fn occupied(&self) -> u16 {
+        360 - longest_gap(&self.0)
+    }
 }
 
 /// The longest run of empty degrees around the circle.

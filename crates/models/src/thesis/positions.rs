@@ -1,11 +1,16 @@
 //! Joint positions over time, from trajectories and an axis.
 
+use super::lanes;
 use jointscope_motion::RelativeMotion;
 use nalgebra::{Complex, Point3, Unit, Vector3};
 use std::f64::consts::TAU;
 
 /// Displacement along `direction` in metres, per frame of the recording; 0 at the first frame.
 pub(super) fn slides(motion: &RelativeMotion<'_>, direction: Unit<Vector3<f64>>) -> Vec<Option<f64>> {
+    if let Some(columns) = motion.columns() {
+        let means = lanes::slides(columns, direction.into_inner()).into_iter().map(|s| s / columns.features() as f64);
+        return by_frame(motion, means);
+    }
     let place = |p: &Point3<f64>| direction.dot(&p.coords);
     let mean = |pairs: &[(f64, f64)], _| pairs.iter().map(|(start, now)| now - start).sum::<f64>() / pairs.len() as f64;
     follow(motion, place, mean, |now, position| now - position)
@@ -26,12 +31,32 @@ pub(super) fn turns(
     x: Vector3<f64>,
     y: Vector3<f64>,
 ) -> Vec<Option<f64>> {
-    let place = |p: &Point3<f64>| Complex::new(x.dot(&(p - point)), y.dot(&(p - point)));
-    let nearest_turn = |pairs: &[(Complex<f64>, Complex<f64>)], previous: f64| {
-        let angle = pairs.iter().map(|(start, now)| start.conj() * now).sum::<Complex<f64>>().arg();
+    let nearest = |turned: Complex<f64>, previous: f64| {
+        let angle = turned.arg();
         angle + TAU * ((previous - angle) / TAU).round()
     };
+    if let Some(columns) = motion.columns() {
+        let mut previous = 0.0;
+        let unwrapped = lanes::turns(columns, point, x, y).into_iter().enumerate().map(|(index, turned)| {
+            previous = if index == 0 { 0.0 } else { nearest(turned, previous) };
+            previous
+        });
+        return by_frame(motion, unwrapped);
+    }
+    let place = |p: &Point3<f64>| Complex::new(x.dot(&(p - point)), y.dot(&(p - point)));
+    let nearest_turn = |pairs: &[(Complex<f64>, Complex<f64>)], previous: f64| {
+        nearest(pairs.iter().map(|(start, now)| start.conj() * now).sum(), previous)
+    };
     follow(motion, place, nearest_turn, |now, position| now * Complex::from_polar(1.0, -position))
+}
+
+/// Positions of the frames that count, per frame of the recording.
+fn by_frame(motion: &RelativeMotion<'_>, counted: impl Iterator<Item = f64>) -> Vec<Option<f64>> {
+    let mut positions = vec![None; motion.recording_frames()];
+    for (&frame, position) in motion.frames().iter().zip(counted) {
+        positions[frame] = Some(position);
+    }
+    positions
 }
 
 /// Follows a joint position through the frames.

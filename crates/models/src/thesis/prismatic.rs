@@ -1,10 +1,13 @@
 //! `thesis-prismatic`: all trajectories inside one straight tube, and of one length.
 
-use jointscope_motion::{RelativeMotion, Trajectory, extent, path_length};
+use jointscope_motion::{
+    Columns, RelativeMotion, Trajectory, extent, extent_of_rows, path_length, path_length_of_rows,
+};
 use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::lanes::{Tallied, along_tube};
 use super::{positions, q_function, trajectories};
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
@@ -101,24 +104,16 @@ joint_model!(ThesisPrismatic, "thesis-prismatic", "equal straight trajectories i
 
 impl JointModel for ThesisPrismatic {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
-        let tracks = trajectories(motion, 2)?;
-        let extents: Vec<f64> = tracks.iter().map(|t| extent(t.points)).collect();
-        let lengths = match self.longest {
-            Longest::Extent => extents.clone(),
-            Longest::Path => tracks.iter().map(|t| path_length(t.points)).collect(),
+        let seen = match motion.columns().filter(|columns| columns.frames() > 1) {
+            Some(columns) => self.see_rows(columns),
+            None => self.see(&trajectories(motion, 2)?),
         };
-        let longest = (0..tracks.len()).fold(0, |best, i| if lengths[i] > lengths[best] { i } else { best });
-        let Some(tube) = Tube::along(tracks[longest].points) else {
+        let Some(Seen { tube, cylinder_fit, mean_length, off_line, features, alone }) = seen else {
             return Ok(JointFit::new(Confidence::ZERO, Joint::default())
                 .with_part("cylinder_fit", 0.0)
                 .with_part("lines_equal", 0.0));
         };
-        let samples = || tracks.iter().flat_map(|t| aligned(t, &tracks[longest])).map(|p| tube.place(&p));
-        let cylinder_fit = self.cylinder_fit(samples());
-        let mean_length = mean_relative_length(&tracks, &extents, longest);
         let lines_equal = 1.0 - q_function(mean_length, self.equal_mean, self.equal_steepness);
-        let (sum, count) = samples().fold((0.0, 0), |(sum, count), (_, off)| (sum + off * off, count + 1));
-        let off_line = (sum / f64::from(count.max(1))).sqrt() * tube.length;
 
         let slides = positions::slides(motion, tube.direction);
         let (direction, reverse) =
@@ -126,7 +121,6 @@ impl JointModel for ThesisPrismatic {
         let slides = Positions::of_one_freedom(slides);
         let axis = Axis { point: motion.first_centroid(), direction: Some(direction), pitch: None };
         let joint = Joint { axis: Some(axis), positions: Some(if reverse { slides.reversed() } else { slides }) };
-        let alone = tracks.iter().filter(|t| common(t, &tracks[longest]).next().is_none()).count();
         let mut fit = JointFit::new(Confidence::new(lines_equal * cylinder_fit)?, joint)
             .with_part("cylinder_fit", cylinder_fit)
             .with_part("lines_equal", lines_equal)
@@ -134,9 +128,9 @@ impl JointModel for ThesisPrismatic {
             .with_part("length", tube.length)
             .with_residual(off_line);
         if alone > 0 {
-            let all = tracks.len();
-            fit.notes
-                .push(format!("{alone} of {all} features never share a frame with the longest one and were left out"));
+            fit.notes.push(format!(
+                "{alone} of {features} features never share a frame with the longest one and were left out"
+            ));
         }
         Ok(fit)
     }
@@ -146,11 +140,78 @@ impl JointModel for ThesisPrismatic {
     }
 }
 
+/// What the trajectories show of a slide.
+struct Seen {
+    tube: Tube,
+    /// Share of points inside the tube, in the section where it is least.
+    cylinder_fit: f64,
+    /// Mean over features of their length relative to the longest.
+    mean_length: f64,
+    /// Root mean square distance of the samples from the line, metres.
+    off_line: f64,
+    features: usize,
+    /// Features that never share a frame with the longest one.
+    alone: usize,
+}
+
 impl ThesisPrismatic {
+    /// `None` without any motion.
+    fn see(&self, tracks: &[Trajectory<'_>]) -> Option<Seen> {
+        let extents: Vec<f64> = tracks.iter().map(|t| extent(t.points)).collect();
+        let longest = match self.longest {
+            Longest::Extent => first_longest(&extents),
+            Longest::Path => first_longest(&tracks.iter().map(|t| path_length(t.points)).collect::<Vec<_>>()),
+        };
+        let tube = Tube::along(tracks[longest].points.iter().copied())?;
+        let samples = || tracks.iter().flat_map(|t| aligned(t, &tracks[longest])).map(|p| tube.place(&p));
+        let (sum, count) = samples().fold((0.0, 0), |(sum, count), (_, off)| (sum + off * off, count + 1));
+        Some(Seen {
+            cylinder_fit: self.cylinder_fit(samples()),
+            mean_length: mean_relative_length(tracks, &extents, longest),
+            off_line: (sum / f64::from(count.max(1))).sqrt() * tube.length,
+            features: tracks.len(),
+            alone: tracks.iter().filter(|t| common(t, &tracks[longest]).next().is_none()).count(),
+            tube,
+        })
+    }
+
+    /// The same of features that are always seen.
+    fn see_rows(&self, columns: &Columns) -> Option<Seen> {
+        let features = 0..columns.features();
+        let count = features.len() as f64;
+        let extents: Vec<f64> = features.clone().map(|feature| extent_of_rows(columns.rows(feature))).collect();
+        let path = |feature: usize| path_length_of_rows(columns.rows(feature), columns.frames());
+        let longest = match self.longest {
+            Longest::Extent => first_longest(&extents),
+            Longest::Path => first_longest(&features.clone().map(path).collect::<Vec<_>>()),
+        };
+        let tube = Tube::along((0..columns.frames()).map(|index| columns.point(longest, index)))?;
+        let mut sections = vec![Section::default(); self.section_count(columns.frames() * features.len())];
+        let mut tallied = Tallied {
+            line: tube.direction.into_inner() * tube.length,
+            radius: self.tube_radius,
+            overshoot: self.overshoot,
+            sections: &mut sections,
+        };
+        let squares: f64 = features.clone().map(|feature| along_tube(columns, feature, &mut tallied)).sum();
+        let greatest = extents.iter().copied().fold(0.0, f64::max);
+        Some(Seen {
+            cylinder_fit: self.weakest(sections),
+            mean_length: extents.iter().map(|own| own / greatest).sum::<f64>() / count,
+            off_line: (squares / (count * columns.frames() as f64)).sqrt() * tube.length,
+            features: features.len(),
+            alone: 0,
+            tube,
+        })
+    }
+
+    fn section_count(&self, samples: usize) -> usize {
+        if self.adaptive_sections { (samples / self.section_samples).clamp(1, 100) } else { self.sections }
+    }
+
     /// Share of points inside the tube, in the section where it is least.
     fn cylinder_fit(&self, samples: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
-        let total = samples.clone().count();
-        let count = if self.adaptive_sections { (total / self.section_samples).clamp(1, 100) } else { self.sections };
+        let count = self.section_count(samples.clone().count());
         let mut sections = vec![Section::default(); count];
         for (along, off) in samples {
             if self.overshoot == Overshoot::Drop && !(0.0..=1.0).contains(&along) {
@@ -159,9 +220,12 @@ impl ThesisPrismatic {
             // A negative share becomes section 0, as clamping demands.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let index = ((along * count as f64) as usize).min(count - 1);
-            sections[index].all += 1;
-            sections[index].inside += usize::from(off < self.tube_radius);
+            sections[index].add(1, usize::from(off < self.tube_radius));
         }
+        self.weakest(sections)
+    }
+
+    fn weakest(&self, mut sections: Vec<Section>) -> f64 {
         if self.adaptive_sections {
             sections = merged(&sections, self.section_samples);
         }
@@ -174,11 +238,23 @@ impl ThesisPrismatic {
     }
 }
 
+/// The first of the longest.
+fn first_longest(lengths: &[f64]) -> usize {
+    (0..lengths.len()).fold(0, |best, i| if lengths[i] > lengths[best] { i } else { best })
+}
+
 /// Points counted in a section of the tube.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Section {
+pub(super) struct Section {
     all: usize,
     inside: usize,
+}
+
+impl Section {
+    pub(super) fn add(&mut self, all: usize, inside: usize) {
+        self.all += all;
+        self.inside += inside;
+    }
 }
 
 /// Joins neighbouring sections until each has `least` points; what is left over joins the last.
@@ -206,12 +282,13 @@ struct Tube {
 }
 
 impl Tube {
-    fn along(points: &[Point3<f64>]) -> Option<Self> {
-        let start = points[0];
-        let farthest = points.iter().map(|p| p - start).max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))?;
+    fn along(points: impl Iterator<Item = Point3<f64>> + Clone) -> Option<Self> {
+        let start = points.clone().next()?;
+        let offsets = points.clone().map(|p| p - start);
+        let farthest = offsets.max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))?;
         let (direction, length) = Unit::try_new_and_get(farthest, 0.0)?;
         // A motion that is all rounding has no direction.
-        let magnitude = points.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        let magnitude = points.fold(0.0_f64, |m, p| m.max(p.coords.amax()));
         (length > 1e-13 * magnitude).then_some(Self { start, direction, length })
     }
 
@@ -305,6 +382,6 @@ mod tests {
 
     #[test]
     fn a_still_trajectory_has_no_tube() {
-        assert!(Tube::along(&[Point3::new(1.0, 2.0, 3.0); 4]).is_none());
+        assert!(Tube::along([Point3::new(1.0, 2.0, 3.0); 4].into_iter()).is_none());
     }
 }

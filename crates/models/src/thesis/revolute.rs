@@ -1,13 +1,15 @@
 //! `thesis-revolute`: every trajectory on a circle, and the circles' centres on one line.
 
-use jointscope_motion::{RelativeMotion, Trajectory};
+use jointscope_motion::{Columns, RelativeMotion, Trajectory};
 use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::centre_line::{CentreLine, Centres};
+use super::lanes::{self, Moments};
 use super::{
-    AxisRadius, Circle, CircleMethod, is_still, occupied, positions, principal_axes, q_function, trajectories,
+    AxisRadius, Circle, CircleMethod, ROUNDING, is_still, occupied, positions, principal_axes, q_function,
+    trajectories_by_feature,
 };
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
@@ -101,23 +103,20 @@ joint_model!(ThesisRevolute, "thesis-revolute", "trajectories on circles about o
 
 impl JointModel for ThesisRevolute {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
-        let mut tracks = trajectories(motion, 3)?;
-        // A feature exactly on the axis has no circle, and says nothing where others move.
-        if !tracks.iter().all(is_still) {
-            tracks.retain(|track| !is_still(track));
-        }
-        let circles: Vec<Option<Circle>> = tracks.iter().map(|t| Circle::through(t.points, self.circle)).collect();
-        let count = tracks.len() as f64;
-        let fits = tracks.iter().zip(&circles).map(|(track, circle)| self.share_on_circle(track, circle.as_ref()));
+        let arcs = match motion.columns().filter(|columns| columns.frames() > 2) {
+            Some(columns) => self.arcs_of_rows(columns),
+            None => self.arcs(&trajectories_by_feature(motion, 3)?),
+        };
+        let count = arcs.len() as f64;
+        let fits = arcs.iter().map(|arc| arc.on_circle);
         let circle_fit = match self.trajectories {
             CombineTrajectories::Mean => fits.sum::<f64>() / count,
             CombineTrajectories::Minimum => fits.fold(1.0, f64::min),
             CombineTrajectories::Product => fits.product(),
         };
-        let angle =
-            tracks.iter().zip(&circles).map(|(t, c)| f64::from(degrees_occupied(t, c.as_ref()))).sum::<f64>() / count;
+        let angle = arcs.iter().map(|arc| f64::from(arc.degrees)).sum::<f64>() / count;
         let occupied_angle = 1.0 - q_function(angle, self.angle_mean, self.angle_steepness);
-        let found: Vec<&Circle> = circles.iter().flatten().collect();
+        let found: Vec<&Circle> = arcs.iter().filter_map(|arc| arc.circle.as_ref()).collect();
         let axis = self.axis(&found);
         let axis_fit = axis.as_ref().map_or(0.0, |axis| axis.inside as f64 / count);
 
@@ -130,7 +129,7 @@ impl JointModel for ThesisRevolute {
             joint.axis =
                 Some(Axis { point, direction: Some(if backwards { -direction } else { direction }), pitch: Some(0.0) });
             joint.positions = Some(if backwards { positions.reversed() } else { positions });
-            residual = Some(off_circles(&tracks, point, direction));
+            residual = Some(off_circles(motion, &arcs, point, direction));
         }
         let confidence = Confidence::new(circle_fit * occupied_angle * axis_fit)?;
         let mut fit = JointFit::new(confidence, joint)
@@ -147,10 +146,66 @@ impl JointModel for ThesisRevolute {
     }
 }
 
+/// A trajectory and its circle.
+struct Arc {
+    /// Of the moving body.
+    feature: usize,
+    /// `None` for a straight line.
+    circle: Option<Circle>,
+    /// Share of its points on the circle.
+    on_circle: f64,
+    /// Whole degrees that it occupies.
+    degrees: u16,
+    is_still: bool,
+}
+
+impl Arc {
+    /// A straight line lies on its infinite circle, and occupies a degree; a point lies on none.
+    fn without_circle(feature: usize, is_still: bool) -> Self {
+        let on_circle = if is_still { 0.0 } else { 1.0 };
+        Self { feature, circle: None, on_circle, degrees: u16::from(!is_still), is_still }
+    }
+
+    /// A feature exactly on the axis has no circle, and says nothing where others move.
+    fn telling(mut arcs: Vec<Self>) -> Vec<Self> {
+        if !arcs.iter().all(|arc| arc.is_still) {
+            arcs.retain(|arc| !arc.is_still);
+        }
+        arcs
+    }
+}
+
 impl ThesisRevolute {
-    /// Equation (41): share of points on the circle. A straight line lies on its infinite circle; a point on none.
-    fn share_on_circle(&self, track: &Trajectory<'_>, circle: Option<&Circle>) -> f64 {
-        let Some(circle) = circle else { return if is_still(track) { 0.0 } else { 1.0 } };
+    fn arcs(&self, tracks: &[(usize, Trajectory<'_>)]) -> Vec<Arc> {
+        let arc = |(feature, track): &(usize, Trajectory<'_>)| {
+            let is_still = is_still(track);
+            let Some(circle) = Circle::through(track.points, self.circle) else {
+                return Arc::without_circle(*feature, is_still);
+            };
+            let on_circle = self.share_on_circle(track, &circle);
+            let degrees = occupied(track.points.iter().map(|point| circle.on_unit_circle(point)));
+            Arc { feature: *feature, circle: Some(circle), on_circle, degrees, is_still }
+        };
+        Arc::telling(tracks.iter().map(arc).collect())
+    }
+
+    /// The same of features that are always seen.
+    fn arcs_of_rows(&self, columns: &Columns) -> Vec<Arc> {
+        let arc = |feature: usize| {
+            let moments = Moments::of(columns, feature);
+            let is_still = moments.moved <= ROUNDING * moments.magnitude;
+            let Some(circle) = Circle::through_rows(columns, feature, &moments, self.circle) else {
+                return Arc::without_circle(feature, is_still);
+            };
+            let (count, degrees) = lanes::on_circle(columns, feature, &circle, self.circle_tolerance);
+            let on_circle = count / columns.frames() as f64;
+            Arc { feature, circle: Some(circle), on_circle, degrees, is_still }
+        };
+        Arc::telling((0..columns.features()).map(arc).collect())
+    }
+
+    /// Equation (41): share of points on the circle.
+    fn share_on_circle(&self, track: &Trajectory<'_>, circle: &Circle) -> f64 {
         let on_circle = |point: &&Point3<f64>| {
             let (x, y) = circle.on_unit_circle(point);
             (x.hypot(y) - 1.0).abs() <= self.circle_tolerance
@@ -175,25 +230,23 @@ impl ThesisRevolute {
     }
 }
 
-/// Whole degrees that a trajectory occupies on its circle.
-fn degrees_occupied(track: &Trajectory<'_>, circle: Option<&Circle>) -> u16 {
-    let Some(circle) = circle else { return u16::from(!is_still(track)) };
-    occupied(track.points.iter().map(|point| circle.on_unit_circle(point)))
-}
-
 /// Root mean square distance of the samples from their features' circles about a common axis, metres.
-fn off_circles(tracks: &[Trajectory<'_>], point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
+fn off_circles(motion: &RelativeMotion<'_>, arcs: &[Arc], point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
+    if let Some(columns) = motion.columns() {
+        let sum: f64 = arcs.iter().map(|arc| lanes::off_circle(columns, arc.feature, point, direction)).sum();
+        return (sum / (arcs.len() * columns.frames()) as f64).sqrt();
+    }
+    let place = |p: &Point3<f64>| {
+        let d = p - point;
+        (direction.cross(&d).norm(), direction.dot(&d))
+    };
     let (mut sum, mut count) = (0.0, 0.0);
-    for track in tracks {
-        let place = |p: &Point3<f64>| {
-            let d = p - point;
-            (direction.cross(&d).norm(), direction.dot(&d))
-        };
-        let samples = track.points.len() as f64;
-        let total =
-            track.points.iter().map(place).fold((0.0, 0.0), |(r, h), (radius, height)| (r + radius, h + height));
+    for arc in arcs {
+        let points = motion.trajectories().get(arc.feature).points;
+        let samples = points.len() as f64;
+        let total = points.iter().map(place).fold((0.0, 0.0), |(r, h), (radius, height)| (r + radius, h + height));
         let (radius, height) = (total.0 / samples, total.1 / samples);
-        sum += track.points.iter().map(place).map(|(r, h)| (r - radius).powi(2) + (h - height).powi(2)).sum::<f64>();
+        sum += points.iter().map(place).map(|(r, h)| (r - radius).powi(2) + (h - height).powi(2)).sum::<f64>();
         count += samples;
     }
     (sum / count).sqrt()

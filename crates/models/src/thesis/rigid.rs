@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
-use jointscope_motion::{Lengths, RelativeMotion};
+use jointscope_motion::{Columns, Lengths, RelativeMotion, Trajectory};
 use nalgebra::{Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::trajectories;
+use super::{lanes::Moments, trajectories};
 use crate::{Confidence, FitError, Joint, JointFit, JointModel, joint_model};
 
 /// Rigid connection: the bodies move far more than they move relative to each other.
@@ -62,22 +62,19 @@ joint_model!(ThesisRigid, "thesis-rigid", "little relative motion compared with 
 
 impl JointModel for ThesisRigid {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
-        let tracks = trajectories(motion, 1)?;
+        let residual = match motion.columns() {
+            Some(columns) => of_rows(columns),
+            None => of_trajectories(&trajectories(motion, 1)?),
+        };
         let lengths = self.lengths(motion);
         let ratio = motion_ratio(lengths);
         let confidence = Confidence::new((-PI * ratio * ratio * self.sharpness).exp())?;
-        let off_mean = |points: &[Point3<f64>]| {
-            let mean = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
-            points.iter().map(|p| (p.coords - mean).norm_squared()).sum::<f64>()
-        };
-        let samples: usize = tracks.iter().map(|t| t.points.len()).sum();
-        let sum: f64 = tracks.iter().map(|t| off_mean(t.points)).sum();
         Ok(JointFit::new(confidence, Joint::default())
             .with_part("motion_ratio", ratio)
             .with_part("distance_reference", lengths.reference)
             .with_part("distance_moving", lengths.moving)
             .with_part("distance_relative", lengths.relative)
-            .with_residual((sum / samples as f64).sqrt()))
+            .with_residual(residual))
     }
 
     fn parts(&self) -> &'static [&'static str] {
@@ -104,6 +101,23 @@ impl ThesisRigid {
             }
         }
     }
+}
+
+/// Root mean square distance of the samples from the means of their features, metres.
+fn of_trajectories(tracks: &[Trajectory<'_>]) -> f64 {
+    let off_mean = |points: &[Point3<f64>]| {
+        let mean = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
+        points.iter().map(|p| (p.coords - mean).norm_squared()).sum::<f64>()
+    };
+    let samples: usize = tracks.iter().map(|t| t.points.len()).sum();
+    (tracks.iter().map(|t| off_mean(t.points)).sum::<f64>() / samples as f64).sqrt()
+}
+
+/// The same of features that are always seen.
+fn of_rows(columns: &Columns) -> f64 {
+    let features = 0..columns.features();
+    let sum: f64 = features.map(|feature| Moments::of(columns, feature).covariance.trace()).sum();
+    (sum / columns.features() as f64).sqrt()
 }
 
 /// Equation (45).

@@ -60,6 +60,7 @@ impl BodyMotion<'_> {
             play: self.play,
             at_rest: self.at_rest,
             covariances: OnceLock::from(self.pose_covariances().iter().map(carried).collect::<Vec<_>>()),
+            path: OnceLock::from(self.path().scaled(factor)),
             start_covariance: self.start_covariance.as_ref().map(carried),
         }
     }

@@ -1,0 +1,109 @@
+//! Which points of a trajectory lie on its circle, and which degrees of it they occupy.
+
+use jointscope_motion::Columns;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::super::Circle;
+use super::super::occupied::Degrees;
+use super::{BLOCK, dot, minus, registers, splat};
+
+/// Coefficients of an odd polynomial that is the arctangent on [0, 1] within 1e-5 radians, the highest first.
+const ARCTANGENT: [f64; 6] = [-0.011_721_2, 0.052_653_32, -0.116_432_87, 0.193_543_46, -0.332_623_47, 0.999_977_26];
+/// Distance from a whole degree, in degrees, within which that polynomial does not tell which degree it is.
+const NEAR: f64 = 2e-3;
+/// Adding and subtracting this rounds to a whole number.
+const ROUNDS: f64 = 6_755_399_441_055_744.0;
+
+/// How many of a feature's points are within `tolerance` radii of its circle, and the whole degrees that all occupy.
+pub(in super::super) fn on_circle(columns: &Columns, feature: usize, circle: &Circle, tolerance: f64) -> (f64, u16) {
+    Arch::new().dispatch(Kernel { columns, feature, circle, tolerance })
+}
+
+struct Kernel<'a> {
+    columns: &'a Columns,
+    feature: usize,
+    circle: &'a Circle,
+    tolerance: f64,
+}
+
+impl WithSimd for Kernel<'_> {
+    type Output = (f64, u16);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> (f64, u16) {
+        let Self { columns, feature, circle, tolerance } = self;
+        let rows = registers(simd, columns.rows(feature));
+        let weights = S::as_simd_f64s(columns.weights()).0;
+        let centre = splat(simd, circle.centre.coords.into());
+        let x_axis = splat(simd, (circle.x_axis.into_inner() / circle.radius).into());
+        let y_axis = splat(simd, (circle.normal.cross(&circle.x_axis) / circle.radius).into());
+        let (zero, one, tolerance) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0), simd.splat_f64s(tolerance));
+        let (rounds, near) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(NEAR));
+        let mut inside = zero;
+        let mut degrees = Degrees::default();
+        let (mut wholes, mut xs, mut ys) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
+        for (k, weight) in weights.iter().enumerate() {
+            let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], centre);
+            let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
+            let length = simd.sqrt_f64s(simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y)));
+            let off = simd.abs_f64s(simd.sub_f64s(length, one));
+            let counts = simd.less_than_or_equal_f64s(off, tolerance);
+            inside = simd.add_f64s(inside, simd.select_f64s(counts, *weight, zero));
+
+            let angle = in_degrees(simd, x, y);
+            let whole = simd.sub_f64s(simd.add_f64s(angle, rounds), rounds);
+            let from_whole = simd.sub_f64s(angle, whole);
+            // What is filled up repeats the first frame, and occupies nothing new.
+            let vague = simd.less_than_f64s(simd.abs_f64s(from_whole), near);
+            if simd.first_true_m64s(vague) < S::F64_LANES {
+                simd.partial_store_f64s(&mut xs[..S::F64_LANES], x);
+                simd.partial_store_f64s(&mut ys[..S::F64_LANES], y);
+                for lane in 0..S::F64_LANES {
+                    degrees.occupy(xs[lane], ys[lane]);
+                }
+            } else {
+                let below = simd.less_than_f64s(from_whole, zero);
+                let floor = simd.select_f64s(below, simd.sub_f64s(whole, one), whole);
+                simd.partial_store_f64s(&mut wholes[..S::F64_LANES], floor);
+                for whole in &wholes[..S::F64_LANES] {
+                    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 359")]
+                    degrees.occupy_degree(*whole as usize);
+                }
+            }
+        }
+        (simd.reduce_sum_f64s(inside), degrees.occupied())
+    }
+}
+
+/// Angles of points in degrees, 0 to 360, within a thousandth.
+#[inline(always)]
+fn in_degrees<S: Simd>(simd: S, x: S::f64s, y: S::f64s) -> S::f64s {
+    let zero = simd.splat_f64s(0.0);
+    let (across, up) = (simd.abs_f64s(x), simd.abs_f64s(y));
+    let (most, least) = (simd.max_f64s(across, up), simd.min_f64s(across, up));
+    let tangent = simd.div_f64s(least, simd.max_f64s(most, simd.splat_f64s(f64::MIN_POSITIVE)));
+    let square = simd.mul_f64s(tangent, tangent);
+    let mut sum = simd.splat_f64s(ARCTANGENT[0].to_degrees());
+    for coefficient in &ARCTANGENT[1..] {
+        sum = simd.mul_add_e_f64s(sum, square, simd.splat_f64s(coefficient.to_degrees()));
+    }
+    let angle = simd.mul_f64s(sum, tangent);
+    let steep = simd.greater_than_f64s(up, across);
+    let angle = simd.select_f64s(steep, simd.sub_f64s(simd.splat_f64s(90.0), angle), angle);
+    let left = simd.less_than_f64s(x, zero);
+    let angle = simd.select_f64s(left, simd.sub_f64s(simd.splat_f64s(180.0), angle), angle);
+    let below = simd.less_than_f64s(y, zero);
+    simd.select_f64s(below, simd.sub_f64s(simd.splat_f64s(360.0), angle), angle)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_polynomial_is_the_arctangent_well_within_what_tells_degrees_apart() {
+        for tangent in (0..=1000).map(|k| f64::from(k) / 1000.0) {
+            let polynomial = super::ARCTANGENT.iter().fold(0.0, |sum, c| sum * tangent * tangent + c) * tangent;
+            let off = (polynomial - tangent.atan()).to_degrees().abs();
+            assert!(off < super::NEAR / 2.0, "{off} degrees at {tangent}");
+        }
+    }
+}

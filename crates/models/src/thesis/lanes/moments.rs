@@ -1,0 +1,74 @@
+//! Mean and covariance of a trajectory.
+
+use jointscope_motion::Columns;
+use nalgebra::{Matrix3, Vector3};
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{minus, registers, splat};
+
+/// Mean and covariance of a trajectory, and how far it moves.
+pub(in super::super) struct Moments {
+    pub mean: Vector3<f64>,
+    pub covariance: Matrix3<f64>,
+    /// Largest coordinate.
+    pub magnitude: f64,
+    /// Largest coordinate of a difference from the first position.
+    pub moved: f64,
+}
+
+impl Moments {
+    pub(in super::super) fn of(columns: &Columns, feature: usize) -> Self {
+        Arch::new().dispatch(Kernel { columns, feature })
+    }
+}
+
+struct Kernel<'a> {
+    columns: &'a Columns,
+    feature: usize,
+}
+
+impl WithSimd for Kernel<'_> {
+    type Output = Moments;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Moments {
+        let Self { columns, feature } = self;
+        let count = columns.frames() as f64;
+        let rows = registers(simd, columns.rows(feature));
+        let weights = S::as_simd_f64s(columns.weights()).0;
+        let first = columns.point(feature, 0).coords;
+        let from = splat(simd, first.into());
+        let zero = simd.splat_f64s(0.0);
+        let (mut sums, mut magnitude, mut moved) = ([zero; 3], zero, zero);
+        for k in 0..weights.len() {
+            for axis in 0..3 {
+                let step = simd.sub_f64s(rows[axis][k], from[axis]);
+                // What rows are filled up with is the first position, and adds nothing.
+                sums[axis] = simd.add_f64s(sums[axis], step);
+                moved = simd.max_f64s(moved, simd.abs_f64s(step));
+                magnitude = simd.max_f64s(magnitude, simd.abs_f64s(rows[axis][k]));
+            }
+        }
+        let sum =
+            Vector3::new(simd.reduce_sum_f64s(sums[0]), simd.reduce_sum_f64s(sums[1]), simd.reduce_sum_f64s(sums[2]));
+        let mean = first + sum / count;
+        let about = splat(simd, mean.into());
+        let mut products = [zero; 6];
+        for (k, weight) in weights.iter().enumerate() {
+            let [x, y, z] = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], about);
+            let (wx, wy, wz) = (simd.mul_f64s(*weight, x), simd.mul_f64s(*weight, y), simd.mul_f64s(*weight, z));
+            products[0] = simd.mul_add_e_f64s(wx, x, products[0]);
+            products[1] = simd.mul_add_e_f64s(wx, y, products[1]);
+            products[2] = simd.mul_add_e_f64s(wx, z, products[2]);
+            products[3] = simd.mul_add_e_f64s(wy, y, products[3]);
+            products[4] = simd.mul_add_e_f64s(wy, z, products[4]);
+            products[5] = simd.mul_add_e_f64s(wz, z, products[5]);
+        }
+        let mut p = [0.0; 6];
+        for k in 0..6 {
+            p[k] = simd.reduce_sum_f64s(products[k]) / count;
+        }
+        let covariance = Matrix3::new(p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5]);
+        Moments { mean, covariance, magnitude: simd.reduce_max_f64s(magnitude), moved: simd.reduce_max_f64s(moved) }
+    }
+}

@@ -1,0 +1,208 @@
+//! Lengths of trajectories given coordinate by coordinate, several points in the lanes of a register.
+
+#![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
+#![expect(clippy::needless_range_loop, reason = "one index runs through several rows")]
+
+use pulp::{Arch, Simd, WithSimd};
+
+/// Points in a block, whose box is looked at first.
+const BLOCK: usize = 16;
+/// Points beyond which pairs of blocks are too many to look at all.
+const MOST: usize = 16_384;
+/// Share by which a bound must exceed the best distance to be looked into: rounding of squares.
+const ROUNDING: f64 = 1e-15;
+
+/// As [`extent`](crate::extent), of points given by their x, y and z.
+///
+/// Blocks of successive points have small boxes; a pair of blocks is opened only if its boxes' far corners could beat
+/// the best distance found.
+///
+/// # Panics
+/// If the rows have different lengths.
+pub fn extent_of_rows(rows: [&[f64]; 3]) -> f64 {
+    let [x, y, z] = rows;
+    assert!(x.len() == y.len() && x.len() == z.len(), "three rows of one length");
+    if x.len() > MOST {
+        let points: Vec<_> = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| nalgebra::Point3::new(x, y, z)).collect();
+        return crate::extent(&points);
+    }
+    Arch::new().dispatch(Extent { rows })
+}
+
+/// As [`path_length`](crate::path_length), of the first so many points given by their x, y and z.
+///
+/// # Panics
+/// If a row is shorter.
+pub fn path_length_of_rows(rows: [&[f64]; 3], points: usize) -> f64 {
+    if points < 2 {
+        return 0.0;
+    }
+    Arch::new().dispatch(Length { from: rows.map(|row| &row[..points - 1]), to: rows.map(|row| &row[1..points]) })
+}
+
+struct Extent<'a> {
+    rows: [&'a [f64]; 3],
+}
+
+impl WithSimd for Extent<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let rows = self.rows;
+        let count = rows[0].len();
+        if count == 0 {
+            return 0.0;
+        }
+        let (_, far) = farthest(simd, rows, 0);
+        let (mut best, _) = farthest(simd, rows, far);
+        let blocks = count.div_ceil(BLOCK);
+        let mut least = [const { Vec::new() }; 3];
+        let mut most = [const { Vec::new() }; 3];
+        for axis in 0..3 {
+            least[axis] = vec![f64::INFINITY; blocks];
+            most[axis] = vec![f64::NEG_INFINITY; blocks];
+            for (block, points) in rows[axis].chunks(BLOCK).enumerate() {
+                for &coordinate in points {
+                    least[axis][block] = f64::min(least[axis][block], coordinate);
+                    most[axis][block] = f64::max(most[axis][block], coordinate);
+                }
+            }
+        }
+        let mut bounds = vec![0.0; blocks];
+        for i in 0..blocks {
+            let bounds = &mut bounds[..blocks - i];
+            farthest_corners(simd, &least, &most, i, bounds);
+            for (j, bound) in bounds.iter().enumerate() {
+                if *bound > best * (1.0 + ROUNDING) {
+                    best = across(simd, rows, i, i + j, best);
+                }
+            }
+        }
+        best.sqrt()
+    }
+}
+
+/// Largest squared distance from a point, and a point that has it.
+#[inline(always)]
+fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], from: usize) -> (f64, usize) {
+    let place = [rows[0][from], rows[1][from], rows[2][from]];
+    let (x, of_x) = S::as_simd_f64s(rows[0]);
+    let (y, of_y) = S::as_simd_f64s(rows[1]);
+    let (z, of_z) = S::as_simd_f64s(rows[2]);
+    let (px, py, pz) = (simd.splat_f64s(place[0]), simd.splat_f64s(place[1]), simd.splat_f64s(place[2]));
+    let mut most = simd.splat_f64s(0.0);
+    let mut at = simd.splat_f64s(from as f64);
+    for k in 0..x.len() {
+        let (dx, dy, dz) = (simd.sub_f64s(x[k], px), simd.sub_f64s(y[k], py), simd.sub_f64s(z[k], pz));
+        let square = simd.mul_f64s(dx, dx);
+        let square = simd.mul_add_e_f64s(dy, dy, square);
+        let square = simd.mul_add_e_f64s(dz, dz, square);
+        let farther = simd.greater_than_f64s(square, most);
+        most = simd.select_f64s(farther, square, most);
+        at = simd.select_f64s(farther, simd.splat_f64s(k as f64), at);
+    }
+    // The lane that is farthest, and where its register was.
+    let (mut squares, mut places) = ([0.0; 8], [0.0; 8]);
+    simd.partial_store_f64s(&mut squares[..S::F64_LANES], most);
+    simd.partial_store_f64s(&mut places[..S::F64_LANES], at);
+    let (mut best, mut point) = (0.0, from);
+    for lane in 0..S::F64_LANES {
+        if squares[lane] > best {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index")]
+            let register = places[lane] as usize;
+            (best, point) = (squares[lane], register * S::F64_LANES + lane);
+        }
+    }
+    for k in 0..of_x.len() {
+        let square = (of_x[k] - place[0]).powi(2) + (of_y[k] - place[1]).powi(2) + (of_z[k] - place[2]).powi(2);
+        if square > best {
+            (best, point) = (square, x.len() * S::F64_LANES + k);
+        }
+    }
+    (best, point)
+}
+
+/// Squared distances that no points of block `i` and of those from it on exceed.
+#[inline(always)]
+fn farthest_corners<S: Simd>(simd: S, least: &[Vec<f64>; 3], most: &[Vec<f64>; 3], i: usize, bounds: &mut [f64]) {
+    bounds.fill(0.0);
+    let (registers, rest) = S::as_mut_simd_f64s(bounds);
+    for axis in 0..3 {
+        let (own_least, own_most) = (simd.splat_f64s(least[axis][i]), simd.splat_f64s(most[axis][i]));
+        let of_least = S::as_simd_f64s(&least[axis][i..]).0;
+        let of_most = S::as_simd_f64s(&most[axis][i..]).0;
+        for (k, bound) in registers.iter_mut().enumerate() {
+            let (up, down) = (simd.sub_f64s(of_most[k], own_least), simd.sub_f64s(own_most, of_least[k]));
+            let apart = simd.max_f64s(up, down);
+            *bound = simd.mul_add_e_f64s(apart, apart, *bound);
+        }
+    }
+    let done = registers.len() * S::F64_LANES;
+    for (k, bound) in rest.iter_mut().enumerate() {
+        let j = i + done + k;
+        for axis in 0..3 {
+            *bound += f64::max(most[axis][j] - least[axis][i], most[axis][i] - least[axis][j]).powi(2);
+        }
+    }
+}
+
+/// The larger of the best squared distance and those between two blocks.
+#[inline(always)]
+fn across<S: Simd>(simd: S, rows: [&[f64]; 3], i: usize, j: usize, best: f64) -> f64 {
+    let count = rows[0].len();
+    let others = j * BLOCK..((j + 1) * BLOCK).min(count);
+    let (x, of_x) = S::as_simd_f64s(&rows[0][others.clone()]);
+    let (y, of_y) = S::as_simd_f64s(&rows[1][others.clone()]);
+    let (z, of_z) = S::as_simd_f64s(&rows[2][others]);
+    let (mut most, mut of_rest) = (simd.splat_f64s(0.0), best);
+    for from in i * BLOCK..((i + 1) * BLOCK).min(count) {
+        let place = [rows[0][from], rows[1][from], rows[2][from]];
+        let (px, py, pz) = (simd.splat_f64s(place[0]), simd.splat_f64s(place[1]), simd.splat_f64s(place[2]));
+        for k in 0..x.len() {
+            let (dx, dy, dz) = (simd.sub_f64s(x[k], px), simd.sub_f64s(y[k], py), simd.sub_f64s(z[k], pz));
+            let square = simd.mul_f64s(dx, dx);
+            let square = simd.mul_add_e_f64s(dy, dy, square);
+            most = simd.max_f64s(most, simd.mul_add_e_f64s(dz, dz, square));
+        }
+        for k in 0..of_x.len() {
+            let square = (of_x[k] - place[0]).powi(2) + (of_y[k] - place[1]).powi(2) + (of_z[k] - place[2]).powi(2);
+            of_rest = of_rest.max(square);
+        }
+    }
+    of_rest.max(simd.reduce_max_f64s(most))
+}
+
+struct Length<'a> {
+    from: [&'a [f64]; 3],
+    to: [&'a [f64]; 3],
+}
+
+impl WithSimd for Length<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { from, to } = self;
+        let (x, of_x) = S::as_simd_f64s(from[0]);
+        let (y, of_y) = S::as_simd_f64s(from[1]);
+        let (z, of_z) = S::as_simd_f64s(from[2]);
+        let (next_x, of_next_x) = S::as_simd_f64s(to[0]);
+        let (next_y, of_next_y) = S::as_simd_f64s(to[1]);
+        let (next_z, of_next_z) = S::as_simd_f64s(to[2]);
+        let mut sum = simd.splat_f64s(0.0);
+        for k in 0..x.len() {
+            let (dx, dy, dz) =
+                (simd.sub_f64s(next_x[k], x[k]), simd.sub_f64s(next_y[k], y[k]), simd.sub_f64s(next_z[k], z[k]));
+            let square = simd.mul_f64s(dx, dx);
+            let square = simd.mul_add_e_f64s(dy, dy, square);
+            sum = simd.add_f64s(sum, simd.sqrt_f64s(simd.mul_add_e_f64s(dz, dz, square)));
+        }
+        let mut length = simd.reduce_sum_f64s(sum);
+        for k in 0..of_x.len() {
+            let (dx, dy, dz) = (of_next_x[k] - of_x[k], of_next_y[k] - of_y[k], of_next_z[k] - of_z[k]);
+            length += (dx * dx + dy * dy + dz * dz).sqrt();
+        }
+        length
+    }
+}
