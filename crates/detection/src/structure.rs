@@ -181,20 +181,27 @@ fn rests(body: &Body, noise: f64) -> bool {
     /// Range of noise from 2 to 98 %, and what is allowed, in standard deviations.
     const ALLOWED: f64 = 1.5 * 4.1;
     let range = |mut values: Vec<f64>| quantile(&mut values, 0.98) - quantile(&mut values, 0.02);
-    let widest = |places: Vec<Vector3<f64>>| {
-        (0..3).map(|axis| range(places.iter().map(|place| place[axis]).collect())).fold(0.0, f64::max)
-    };
+    let along = |places: &[Vector3<f64>], axis: usize| range(places.iter().map(|place| place[axis]).collect());
+    let moves = |places: &[Vector3<f64>]| (0..3).any(|axis| along(places, axis) > ALLOWED * noise);
     match body.observation() {
         Observation::AtRest(_) => true,
         Observation::Points { tracks, .. } => {
             let way = |feature| (0..tracks.frames()).filter_map(|t| Some(tracks.get(t, feature)?.coords)).collect();
-            let ways = (0..tracks.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());
-            let mut ranges: Vec<f64> = ways.map(widest).collect();
+            let ways = || (0..tracks.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());
+            let seen = (0..tracks.features()).filter(|&f| (0..tracks.frames()).any(|t| tracks.is_visible(t, f)));
+            let half = seen.count().div_ceil(2);
+            // A typical feature decides; once more than half of them are known to move, it is known to.
+            let moving = ways().filter(|way| moves(way)).take(half + 1).count();
+            if moving != half {
+                return moving < half;
+            }
+            let widest = |places: Vec<Vector3<f64>>| (0..3).map(|axis| along(&places, axis)).fold(0.0, f64::max);
+            let mut ranges: Vec<f64> = ways().map(widest).collect();
             quantile(&mut ranges, 0.5) <= ALLOWED * noise
         }
         Observation::Poses(poses) => {
-            let places = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
-            widest(places) <= ALLOWED * noise
+            let places: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
+            !moves(&places)
         }
     }
 }

@@ -339,7 +339,7 @@ impl Path {
     /// The same of a feature that is always seen.
     fn along_rows(columns: &Columns, feature: usize, frames: &[usize]) -> Self {
         let rows = columns.rows(feature);
-        let magnitude = rows.iter().flat_map(|row| row.iter()).fold(0.0_f64, |m, coordinate| m.max(coordinate.abs()));
+        let magnitude = rows.iter().map(|row| largest(row)).fold(0.0, f64::max);
         let steps = frames[frames.len() - 1] - frames[0];
         Self { length: path_length_of_rows(rows, columns.frames()), steps, magnitude }
     }
@@ -352,6 +352,20 @@ impl Path {
     fn and(self, Self { length, steps, magnitude }: Self) -> Self {
         Self { length: self.length + length, steps: self.steps + steps, magnitude: self.magnitude.max(magnitude) }
     }
+}
+
+/// The largest size of numbers, several of which are looked at beside each other.
+fn largest(numbers: &[f64]) -> f64 {
+    const BESIDE: usize = 8;
+    let mut most = [0.0; BESIDE];
+    let chunks = numbers.chunks_exact(BESIDE);
+    let rest = chunks.remainder().iter().fold(0.0_f64, |most, number| most.max(number.abs()));
+    for chunk in chunks {
+        for (most, number) in most.iter_mut().zip(chunk) {
+            *most = if number.abs() > *most { number.abs() } else { *most };
+        }
+    }
+    most.into_iter().fold(rest, f64::max)
 }
 
 /// A body's features after the poses `target_from_recording` of some frames.

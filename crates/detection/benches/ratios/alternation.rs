@@ -95,8 +95,13 @@ impl Times {
 
     /// How many times as long one takes as another.
     pub(crate) fn ratio(&self, one: &str, other: &str) -> Option<Spread> {
+        self.both(one, other, |one, other| one / other)
+    }
+
+    /// What follows from the seconds of two in the same round.
+    pub(crate) fn both(&self, one: &str, other: &str, follows: impl Fn(f64, f64) -> f64) -> Option<Spread> {
         let (one, other) = (self.index(one)?, self.index(other)?);
-        Some(Spread::of(self.rounds.iter().map(|round| round[one] / round[other]).collect()))
+        Some(Spread::of(self.rounds.iter().map(|round| follows(round[one], round[other])).collect()))
     }
 
     /// Seconds of one.

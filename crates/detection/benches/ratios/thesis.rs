@@ -103,7 +103,7 @@ fn one_pair(document: &mut Document) {
             Wanted::AtLeast(60.0),
             "×",
             measured,
-            "models look at the same trajectories one after another",
+            "registrations tell the noise besides, which numpy does not, in several rounds over all positions",
         );
     }
     for name in ["ours", "ours, chained"] {
@@ -144,7 +144,13 @@ fn all_pairs(document: &mut Document) {
     };
     if let Some(measured) = times.ratio("numpy", "one thread") {
         let what = format!("W3: all pairs by numpy, measured on {PAIRS_OF_NUMPY}, by ours on 1 thread; equal scores");
-        row(&what, Wanted::AtLeast(150.0), "×", measured, "models look at the same trajectories one after another");
+        row(
+            &what,
+            Wanted::AtLeast(150.0),
+            "×",
+            measured,
+            "each model goes over all positions on its own, several times",
+        );
     }
     if let Some(measured) = times.ratio("one thread, awaited", "two threads") {
         row("W3: 1 thread by 2", Wanted::AtLeast(1.8), "×", measured, "others use the second core");

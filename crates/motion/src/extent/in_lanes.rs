@@ -60,13 +60,16 @@ impl WithSimd for Extent<'_> {
         let mut least = [const { Vec::new() }; 3];
         let mut most = [const { Vec::new() }; 3];
         for axis in 0..3 {
-            least[axis] = vec![f64::INFINITY; blocks];
-            most[axis] = vec![f64::NEG_INFINITY; blocks];
+            least[axis] = vec![0.0; blocks];
+            most[axis] = vec![0.0; blocks];
             for (block, points) in rows[axis].chunks(BLOCK).enumerate() {
+                // Comparisons of numbers, unlike `f64::min`, are single instructions.
+                let (mut low, mut high) = (points[0], points[0]);
                 for &coordinate in points {
-                    least[axis][block] = f64::min(least[axis][block], coordinate);
-                    most[axis][block] = f64::max(most[axis][block], coordinate);
+                    low = if coordinate < low { coordinate } else { low };
+                    high = if coordinate > high { coordinate } else { high };
                 }
+                (least[axis][block], most[axis][block]) = (low, high);
             }
         }
         let mut bounds = vec![0.0; blocks];
