@@ -7,37 +7,26 @@
 //! cargo bench -p jointscope-detection --bench workloads
 //! ```
 
+#[path = "peers/svd.rs"]
+mod svd;
+
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use jointscope_detection::{Configuration, Detector};
 use jointscope_models::Catalog;
 use jointscope_motion::{
-    Body, BodyMotion, MotionSettings, Observation, Pose, Registration, Tracks, register, register_frames,
+    Body, BodyMotion, MotionSettings, Observation, Registration, Tracks, register, register_frames,
 };
 use jointscope_scenes::{
     SceneOptions, simulate,
     workloads::{hinge, kitchen, registrations},
 };
-use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use svd::by_svd;
 
 const THESIS: &str = include_str!("../../../configs/thesis.toml");
 /// Angle by which the registrations compared may differ, radians: both are exact up to rounding.
 const SAME: f64 = 1e-10;
-
-/// Registration as one would write it with nalgebra's singular value decomposition.
-fn by_svd(source: &[Point3<f64>], target: &[Point3<f64>]) -> Option<Pose> {
-    let count = source.len() as f64;
-    let p = source.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count;
-    let q = target.iter().map(|q| q.coords).sum::<Vector3<f64>>() / count;
-    let h: Matrix3<f64> = source.iter().zip(target).map(|(a, b)| (a.coords - p) * (b.coords - q).transpose()).sum();
-    let svd = h.svd(true, true);
-    let (u, v) = (svd.u?, svd.v_t?.transpose());
-    let sign = (v * u.transpose()).determinant().signum();
-    let rotation = v * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * u.transpose();
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
-    Some(Pose::from_parts(Translation3::from(q - rotation * p), rotation))
-}
 
 fn sum_of_coordinates(tracks: &Tracks) -> f64 {
     (0..tracks.frames()).flat_map(|frame| tracks.frame(frame)).map(|p| p.x + p.y + p.z).sum()

@@ -1,34 +1,30 @@
 //! The detector: models and a rule, applied to all pairs of a recording.
 
+mod one_camera;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use jointscope_models::{Axis, Confidence, JointFit, JointModel};
+use jointscope_models::{Axis, Confidence, JointModel};
 use jointscope_motion::{
-    Body, BodyMotion, MotionError, MotionSettings, PoseSeries, Recording, RelativeMotion, RelativeMotionError, Undone,
-    linear_scales, scaled_pose, undo_depth_gain,
+    Body, BodyMotion, PoseSeries, Recording, RelativeMotion, RelativeMotionError, Undone, scaled_pose, undo_depth_gain,
 };
 use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
 use rayon::prelude::*;
 
-use crate::scale::{Belief, Estimate, Shown, agree, estimate, factors, over_the_grid, rescale, stand_in};
+use one_camera::{registered, repaired, shows_scale};
+
+use crate::pairs::{Pair, WORLD, chosen, names_of};
+use crate::remarks::{doubts, leapt, richer_note, told_by};
+use crate::scale::{Belief, Estimate, estimate, factors, over_the_grid, rescale, stand_in};
 use crate::watched::Watched;
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
-
-/// Name of the body at rest that a recording of one body is analysed against.
-const WORLD: &str = "world";
-/// Frames below which no joint is determined: three points define a circle, and more must confirm it.
-const FEW_FRAMES: usize = 6;
 
 /// Distance of the poses from their mean, in standard deviations, below which frames are merged to see a motion.
 const FAINT: f64 = 4.0;
 /// Frames that remain when frames are merged; what makes the motion likeliest counts.
 const MERGED_FRAMES: [usize; 4] = [24, 16, 10, 7];
-/// Share of frames in which bodies leap apart from which more are suspected than were left out; of a single point, which
-/// nothing confirms, it is less.
-const MOST_LEAPS: f64 = 0.04;
-const MOST_LEAPS_OF_A_POINT: f64 = 0.03;
 /// Factor on the noise by which frames that are no smooth motion are tried to be explained.
 const QUIET: f64 = 0.1;
 
@@ -37,9 +33,6 @@ const QUIET: f64 = 0.1;
 pub struct Detector {
     configuration: Configuration,
 }
-
-/// Two bodies of a recording, by their index, the reference first.
-type Pair = (usize, usize);
 
 impl Detector {
     /// A detector by a configuration.
@@ -148,10 +141,7 @@ impl Detector {
     /// # Errors
     /// As [`Detector::detect`].
     pub fn pairs(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<Vec<[String; 2]>, DetectionError> {
-        let mut names: Vec<&str> = recording.bodies().iter().map(Body::name).collect();
-        if names.len() == 1 {
-            names.insert(0, WORLD);
-        }
+        let names = names_of(recording);
         let pairs = chosen(recording, pairs)?;
         Ok(pairs.into_iter().map(|(reference, moving)| [names[reference].into(), names[moving].into()]).collect())
     }
@@ -307,97 +297,6 @@ impl Detector {
             );
         }
     }
-
-    /// How far scales usually are from 1.
-    fn usual_scale(&self) -> Belief {
-        Belief { mean: 0.0, deviation: self.configuration.scale.spread }
-    }
-
-    /// The scale that every model asks for.
-    fn scales(&self, motion: &RelativeMotion<'_>, belief: Belief) -> BTreeMap<String, Estimate> {
-        let starts = linear_scales(motion.reference(), motion.moving());
-        let models = self.configuration.models.iter();
-        models
-            .filter_map(|named| Some((named.name.clone(), estimate(&*named.model, motion, &starts, belief)?)))
-            .collect()
-    }
-
-    /// Lets all pairs agree on the scales of the bodies: what the others show of a pair is what is known of it
-    /// beforehand when it is judged again. Gives what the pairs showed.
-    fn agree_on_scales(&self, watched: &[Watched<'_>], pairs: &[Pair], judged: &mut [PairDetection]) -> Vec<Shown> {
-        /// Of standard errors, by which a scale may miss what the others agree on.
-        const CONTRADICTS: f64 = 4.0;
-        let shown_by = |judged: &[PairDetection]| -> Vec<Option<Shown>> {
-            let of_pair = |(pair, judged): (&Pair, &PairDetection)| {
-                let scale = judged.scale.as_ref().filter(|scale| scale.observable)?;
-                let (factor, error) = scale.factor.zip(scale.standard_error)?;
-                Some(Shown { pair: *pair, logarithm: factor.ln(), standard_error: error / factor })
-            };
-            pairs.iter().zip(judged).map(of_pair).collect()
-        };
-        let own = shown_by(judged);
-        let all: Vec<Shown> = own.iter().flatten().copied().collect();
-        let usual = self.usual_scale();
-        let judge = |(number, pair): (usize, &Pair)| {
-            let others: Vec<Shown> =
-                own.iter().enumerate().filter(|(k, _)| *k != number).filter_map(|(_, s)| *s).collect();
-            let told = agree(watched.len(), &others, *pair).filter(|told| told.deviation < usual.deviation)?;
-            let mut again = self.judge(&watched[pair.0], &watched[pair.1], told);
-            let scale = again.scale.as_mut()?;
-            let together = agree(watched.len(), &all, *pair).unwrap_or(told);
-            scale.factor = Some(together.mean.exp());
-            scale.standard_error = Some(together.mean.exp() * together.deviation);
-            scale.observable = true;
-            if let Some(own) = own[number] {
-                scale.closure_error = Some((own.logarithm - together.mean).exp_m1());
-                if (own.logarithm - told.mean).abs() > CONTRADICTS * own.standard_error.hypot(told.deviation) {
-                    again.determined = false;
-                    again.notes.push(format!(
-                        "its own motion asks for a scale of {:.4}, the other pairs for {:.4}: one of their joints is not \
-                         what it seems",
-                        own.logarithm.exp(),
-                        told.mean.exp()
-                    ));
-                }
-            }
-            Some(again)
-        };
-        let again: Vec<Option<PairDetection>> = pairs.par_iter().enumerate().map(judge).collect();
-        for (judged, again) in judged.iter_mut().zip(again) {
-            if let Some(again) = again {
-                *judged = again;
-            }
-        }
-        all
-    }
-}
-
-/// The recording with what a single camera did undone, if anything was.
-fn repaired(recording: &Recording, bodies: &[(&Body, Option<&Undone>)], scales: Option<&[f64]>) -> Option<Recording> {
-    let changed = |(_, undone): &(&Body, Option<&Undone>)| undone.is_some_and(|undone| undone.gain.gain != 1.0);
-    let scaled = scales.is_some_and(|scales| scales.iter().any(|factor| *factor != 1.0));
-    if !scaled && !bodies.iter().any(changed) {
-        return None;
-    }
-    let factors = scales.map_or_else(|| vec![1.0; bodies.len()], <[f64]>::to_vec);
-    let bodies = bodies.iter().zip(factors).map(|((body, _), factor)| body.scaled(factor)).collect();
-    Recording::new(recording.frame_numbers().to_vec(), recording.times().map(<[f64]>::to_vec), bodies).ok()
-}
-
-/// A body's motion, its poses as uncertain as the depth gain that was undone.
-fn registered<'r>(body: &'r Body, undone: Option<&Undone>, settings: &MotionSettings) -> BodyMotion<'r> {
-    /// Standard errors of a gain that a drift by them counts as chance: the errors of all frames are the same one.
-    const ERRORS: f64 = 2.0;
-    let motion = BodyMotion::of(body, settings);
-    match undone.and_then(|undone| undone.by_larger_gain.as_ref()) {
-        Some(elsewhere) => motion.uncertain_towards(&BodyMotion::of(elsewhere, settings), ERRORS),
-        None => motion,
-    }
-}
-
-/// Whether a pair can show a scale at all: both bodies have poses, and neither rests.
-fn shows_scale(motion: &RelativeMotion<'_>) -> bool {
-    motion.pose_series().is_some() && !motion.reference().rests() && !motion.moving().rests()
 }
 
 /// A pair's motion as the models look at it.
@@ -518,128 +417,6 @@ fn fits_within(series: &PoseSeries, models: &BTreeMap<String, ModelFinding>, ver
     constrained && small("misfit_distance", series.ends()[0].shift_noise) && small("misfit_angle", series.turn_noise())
 }
 
-/// Tells the richer joint that the data show beyond the verdict's.
-fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Option<String> {
-    /// Least millimetres or degrees that are told.
-    const LEAST: f64 = 0.005;
-    let name = verdict.richer.as_ref()?;
-    let fit = |name: &String| models.get(name)?.as_ref().ok();
-    let (simple, richer) = (fit(&verdict.joint)?, fit(name)?);
-    let misfit = |fit: &JointFit| -> Option<String> {
-        let distance = 1e3 * fit.parts.get("misfit_distance")?;
-        let angle = fit.parts.get("misfit_angle").map_or(0.0, |angle| angle.to_degrees());
-        let told = [(distance, "mm"), (angle, "degrees")].into_iter().filter(|(amount, _)| *amount >= LEAST);
-        let told: Vec<String> = told.map(|(amount, unit)| format!("{amount:.2} {unit}")).collect();
-        Some(if told.is_empty() { "noise".into() } else { format!("{} beyond noise", told.join(" and ")) })
-    };
-    let pitch = richer.joint.axis.and_then(|axis| axis.pitch).filter(|pitch| *pitch != 0.0);
-    let pitch = pitch.map_or(String::new(), |pitch| format!(" of {:.2} mm per radian", 1e3 * pitch));
-    Some(format!("{} within {}; {name}{pitch} fits better, within {}", verdict.joint, misfit(simple)?, misfit(richer)?))
-}
-
-/// Says so if the bodies were apart in single frames.
-fn leapt(series: &PoseSeries) -> Option<String> {
-    match series.leaps() {
-        0 => None,
-        1 => Some("in 1 frame the bodies leap apart and are back in the next; it was left out".into()),
-        count => Some(format!("in {count} frames the bodies leap apart and are back in the next; they were left out")),
-    }
-}
-
-/// What models have to say, and what several say once.
-fn told_by(models: &BTreeMap<String, ModelFinding>) -> Vec<String> {
-    let mut told: Vec<(String, Vec<&str>)> = Vec::new();
-    for (name, finding) in models {
-        let notes = match finding {
-            Ok(fit) => fit.notes.clone(),
-            Err(error) => vec![error.to_string()],
-        };
-        for note in notes {
-            match told.iter_mut().find(|(known, _)| *known == note) {
-                Some((_, names)) => names.push(name),
-                None => told.push((note, vec![name])),
-            }
-        }
-    }
-    let all = |names: &[&str]| names.len() > 1 && names.len() == models.len();
-    let sentence = |(note, names): (String, Vec<&str>)| {
-        if all(&names) { format!("all models: {note}") } else { format!("{}: {note}", names.join(", ")) }
-    };
-    told.into_iter().map(sentence).collect()
-}
-
 fn opposite(axis: Axis) -> Axis {
     Axis { direction: axis.direction.map(|direction| -direction), ..axis }
-}
-
-/// Why the data do not decide, in sentences that say what would help.
-fn doubts(motion: &RelativeMotion<'_>, verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Vec<String> {
-    let mut doubts = verdict.doubts.clone();
-    let lengths = motion.path_lengths();
-    let frames = motion.frames().len();
-    if frames > 1 && lengths.reference == 0.0 && lengths.moving == 0.0 {
-        doubts.push("neither body moves: every joint at rest looks rigid; record them moving".into());
-    }
-    if frames < FEW_FRAMES {
-        let show = if frames == 1 { "frame shows" } else { "frames show" };
-        doubts.push(format!("{frames} {show} both bodies, at least {FEW_FRAMES} are needed; record more"));
-    }
-    if let Some(series) = verdict.cost.and_then(|_| motion.pose_series()) {
-        if series.vague() {
-            doubts.push(
-                "the turn of a body about the line of its features is not seen; track a feature beside it".into(),
-            );
-        }
-        if series.is_below_noise() && verdict.joint != "rigid" {
-            doubts.push("the motion stays below the noise; record more motion".into());
-        }
-    }
-    let of_point = models.values().flatten().find_map(|fit| fit.parts.get("leap_share").copied());
-    let of_poses = || motion.pose_series().map(PoseSeries::leap_share);
-    let leaps = of_point.map(|share| (share, MOST_LEAPS_OF_A_POINT));
-    let leaps = leaps.or_else(|| Some((verdict.cost.and_then(|_| of_poses())?, MOST_LEAPS)));
-    if let Some((share, _)) = leaps.filter(|(share, most)| share > most) {
-        doubts.push(format!(
-            "the bodies leap apart and back in {:.0} % of the frames: more may be wrong than can be told; track better",
-            100.0 * share
-        ));
-    }
-    if models.values().all(Result::is_err) {
-        doubts.push("no model could judge this motion".into());
-    }
-    doubts
-}
-
-/// The pairs asked for, or all; the world, where there will be one, counts as the first body.
-fn chosen(recording: &Recording, pairs: Option<&[[String; 2]]>) -> Result<Vec<Pair>, DetectionError> {
-    let names = names_of(recording);
-    if let [WORLD, WORLD] = names[..] {
-        return Err(DetectionError::World(MotionError::DuplicateName { body: WORLD.into() }));
-    }
-    match pairs {
-        Some(pairs) => pairs.iter().map(|pair| find_pair(&names, pair)).collect(),
-        None => Ok((0..names.len()).flat_map(|i| (i + 1..names.len()).map(move |j| (i, j))).collect()),
-    }
-}
-
-/// The bodies' names, with that of the world where there will be one.
-fn names_of(recording: &Recording) -> Vec<&str> {
-    let mut names: Vec<&str> = recording.bodies().iter().map(Body::name).collect();
-    if names.len() == 1 {
-        names.insert(0, WORLD);
-    }
-    names
-}
-
-fn find_pair(names: &[&str], [reference, moving]: &[String; 2]) -> Result<Pair, DetectionError> {
-    let find = |name: &String| {
-        names.iter().position(|other| other == name).ok_or_else(|| DetectionError::UnknownBody {
-            name: name.clone(),
-            known: names.iter().map(ToString::to_string).collect(),
-        })
-    };
-    if reference == moving {
-        return Err(DetectionError::PairOfOne { name: reference.clone() });
-    }
-    Ok((find(reference)?, find(moving)?))
 }

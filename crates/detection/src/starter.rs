@@ -194,9 +194,13 @@ mod tests {
         Catalog::linked().expect("unique names")
     }
 
-    fn parsed(text: &str) -> String {
+    fn read(text: &str) -> Configuration {
         let read = Configuration::parse(text, &catalog());
-        format!("{:?}", read.unwrap_or_else(|error| panic!("{error:?}: {:?}\n{text}", &text[error.span.clone()])))
+        read.unwrap_or_else(|error| panic!("{error:?}: {:?}\n{text}", &text[error.span.clone()]))
+    }
+
+    fn parsed(text: &str) -> String {
+        format!("{:?}", read(text))
     }
 
     fn profile(name: &str) -> &'static Profile {
@@ -212,6 +216,12 @@ mod tests {
     fn the_thesis_means_what_its_configuration_means() {
         let thesis = include_str!("../../../configs/thesis.toml");
         assert_eq!(parsed(&text(profile("thesis"), &catalog())), parsed(thesis));
+    }
+
+    #[test]
+    fn one_camera_means_what_its_profile_means() {
+        let changed = read("").for_one_camera();
+        assert_eq!(parsed(&text(profile("monocular"), &catalog())), format!("{changed:?}"));
     }
 
     #[test]

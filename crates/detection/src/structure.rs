@@ -187,17 +187,11 @@ fn rests(body: &Body, noise: f64) -> bool {
         Observation::AtRest(_) => true,
         Observation::Points { tracks, .. } => {
             let way = |feature| (0..tracks.frames()).filter_map(|t| Some(tracks.get(t, feature)?.coords)).collect();
-            let ways = || (0..tracks.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());
+            let ways = (0..tracks.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());
             let seen = (0..tracks.features()).filter(|&f| (0..tracks.frames()).any(|t| tracks.is_visible(t, f)));
-            let half = seen.count().div_ceil(2);
-            // A typical feature decides; once more than half of them are known to move, it is known to.
-            let moving = ways().filter(|way| moves(way)).take(half + 1).count();
-            if moving != half {
-                return moving < half;
-            }
-            let widest = |places: Vec<Vector3<f64>>| (0..3).map(|axis| along(&places, axis)).fold(0.0, f64::max);
-            let mut ranges: Vec<f64> = ways().map(widest).collect();
-            quantile(&mut ranges, 0.5) <= ALLOWED * noise
+            // It rests unless more than half of its features move; more need not be looked at.
+            let half = seen.count() / 2;
+            ways.filter(|way| moves(way)).take(half + 1).count() <= half
         }
         Observation::Poses(poses) => {
             let places: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();

@@ -31,8 +31,12 @@ impl<'r> Watched<'r> {
         notes.extend(left_out(&motion, labels));
         let of_points = matches!(body.observation(), Observation::Points { .. });
         notes.extend(depth_gain.filter(|_| of_points).and_then(|gain| undone(name, gain)));
-        notes.extend(absurd_noise(&motion, settings.noise).filter(|_| of_points));
-        notes.extend(not_rigid(&motion).filter(|_| settings.registration == Registration::Shape));
+        if of_points {
+            notes.extend(absurd_noise(&motion, settings.noise));
+        }
+        if settings.registration == Registration::Shape {
+            notes.extend(not_rigid(&motion));
+        }
         let few = few_and_wild(&motion);
         let doubt = motion.outlier().and_then(|outlier| {
             Some(format!(

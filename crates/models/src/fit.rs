@@ -88,6 +88,7 @@ impl JointFit {
     /// `moving` times as large.
     ///
     /// Positions are known for angles or lengths by the mobility of the evidence, angles first; without evidence they stay.
+    /// Parts stay as the model measured them.
     #[must_use]
     pub fn scaled(mut self, reference: f64, moving: f64) -> Self {
         self.residual_rms = self.residual_rms.map(|rms| rms * reference);

@@ -292,7 +292,7 @@ pub(crate) fn plane(motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
     let residuals: Vec<f64> = path.places.iter().map(|p| p.z.abs()).collect();
     let axis = Axis { point: path.out(path.places[0]), direction: Some(path.direction(Vector3::z())), pitch: None };
     let variances = path.variances();
-    let mobility = Mobility { turns: 1, slides: 2, parameters: 10, advances: false, roams: false };
+    let mobility = Mobility { turns: 1, slides: 2, parameters: 10, advances: false, roams: true };
     let joint = Joint { axis: Some(axis), positions: None };
     let mut fit = path.fit(&residuals, 1.0, &[variances.x, variances.y], mobility, path.play, joint)?;
     let angle =
@@ -349,7 +349,7 @@ pub(crate) fn sphere(motion: &RelativeMotion<'_>, sweep: f64) -> Result<JointFit
 /// [`FitError::TooFewFrames`].
 pub(crate) fn anywhere(motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
     let path = Path::of(motion)?;
-    let mobility = Mobility { turns: 3, slides: 3, parameters: 14, advances: true, roams: false };
+    let mobility = Mobility { turns: 3, slides: 3, parameters: 14, advances: true, roams: true };
     let variances = path.variances();
     let residuals = vec![0.0; path.places.len()];
     path.fit(&residuals, 0.0, variances.as_slice(), mobility, path.play, Joint::default())

@@ -94,7 +94,8 @@ pub fn undo_depth_gain(body: &Body, setting: DepthGainSetting) -> Option<Undone>
         let places = Tracks::new(tracks.features(), best.undone(tracks, gain)).ok()?;
         Body::from_points(body.name(), labels.clone(), places).ok()
     };
-    let restored = if told.gain == 1.0 { body.clone() } else { by(told.gain)? };
+    let restored = if told.gain == 1.0 { Some(body.clone()) } else { by(told.gain) };
+    let Some(restored) = restored else { return Some(Undone::untouched(body)) };
     Some(Undone {
         body: restored,
         gain: told,

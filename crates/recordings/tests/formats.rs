@@ -106,17 +106,6 @@ fn tables_in_columns_of_other_programs_are_the_same_recording() {
     }
 }
 
-#[cfg(not(feature = "parquet"))]
-#[test]
-fn without_its_feature_a_file_of_columns_is_refused_with_what_to_do() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("a.parquet");
-    fs::write(&path, include_bytes!("samples/polars.parquet")).expect("written");
-    let error = read(&path, &ReadOptions::default()).expect_err("refused").to_string();
-    assert!(error.contains("a.parquet: this program was built without the feature `parquet`"), "{error}");
-    assert!(error.contains("`--features parquet`"), "{error}");
-}
-
 fn names(recording: &Recording) -> Vec<&str> {
     recording.bodies().iter().map(Body::name).collect()
 }

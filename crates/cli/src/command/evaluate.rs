@@ -82,6 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let help = "leave the rows out, or choose another format";
         return Err(Failure::usage_with_help("the picture has conditions of its own, it shows no rows", help));
     }
+    // Some conditions are simulated four times as often.
     if arguments.first_seed.checked_add(4 * u64::from(arguments.seeds)).is_none() {
         let error = format!("--first-seed {} leaves no room for {} seeds", arguments.first_seed, arguments.seeds);
         return Err(Failure::usage_with_help(error, "give a smaller one"));

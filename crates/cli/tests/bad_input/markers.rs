@@ -143,16 +143,6 @@ fn recordings_in_columns_are_written_read_and_inspected() {
     assert!(told.ends_with("judges every body against the world, too\n"), "{told}");
 }
 
-#[cfg(not(feature = "parquet"))]
-#[test]
-fn recordings_in_columns_need_a_feature() {
-    let place = place("");
-    let needed = ["built without the feature `parquet`", "`--features parquet`"];
-    place.refused(&["convert", "r.csv", "out.parquet"], USAGE, &needed);
-    fs::write(place.path("a.parquet"), "PAR1").expect("written");
-    place.refused(&["inspect", "a.parquet"], DATA, &needed);
-}
-
 #[test]
 fn several_files_are_several_bodies() {
     let place = place("");

@@ -19,6 +19,8 @@ mod peer;
 mod program;
 mod registration;
 mod row;
+#[path = "../peers/svd.rs"]
+mod svd;
 mod thesis;
 
 use std::process::ExitCode;

@@ -5,12 +5,13 @@ use std::path::Path;
 
 use jointscope_motion::{Pose, Tracks, register, register_frames};
 use jointscope_scenes::workloads::{Registrations, registrations};
-use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::alternation::{Contestant, ROUNDS, Times, alternate};
 use crate::document::Document;
 use crate::peer::{Peer, write_numbers};
 use crate::row::{Row, Wanted};
+use crate::svd::{by_svd, rotation_by_svd};
 
 const FRAMES: usize = 100_000;
 const FEATURES: usize = 50;
@@ -19,24 +20,6 @@ const FRAMES_OF_PEERS: usize = 20_000;
 /// Angle by which the registrations compared may differ, radians, or entries of their matrices: all are exact up to
 /// rounding.
 const SAME: f64 = 1e-10;
-
-/// Registration as one would write it with nalgebra's singular value decomposition.
-fn by_svd(source: &[Point3<f64>], target: &[Point3<f64>]) -> Option<Pose> {
-    let count = source.len() as f64;
-    let p = source.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count;
-    let q = target.iter().map(|q| q.coords).sum::<Vector3<f64>>() / count;
-    let h: Matrix3<f64> = source.iter().zip(target).map(|(a, b)| (a.coords - p) * (b.coords - q).transpose()).sum();
-    let rotation = rotation_by_svd(h)?;
-    Some(Pose::from_parts(Translation3::from(q - rotation * p), rotation))
-}
-
-fn rotation_by_svd(h: Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
-    let svd = h.svd(true, true);
-    let (u, v) = (svd.u?, svd.v_t?.transpose());
-    let sign = (v * u.transpose()).determinant().signum();
-    let rotation = v * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * u.transpose();
-    Some(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)))
-}
 
 /// Whether the poses found in lanes are those of the scalar solve and of nalgebra's decomposition.
 fn fault(work: &Registrations, poses: &[Option<Pose>]) -> Option<String> {

@@ -160,8 +160,7 @@ impl WithSimd for Equations<'_> {
         let zero = simd.splat_f64s(0.0);
         let (mut normal, mut gradient) = ([[zero; UNKNOWNS]; UNKNOWNS], [zero; UNKNOWNS]);
         for (white, block) in white.0.iter().zip(&mut linear.blocks) {
-            for part in 0..BLOCK / S::F64_LANES {
-                let at = part;
+            for at in 0..BLOCK / S::F64_LANES {
                 let mut w = [[zero; 6]; 6];
                 for r in 0..6 {
                     for c in 0..6 {

@@ -7,6 +7,8 @@ use super::{
     style::{AXIS, FAINT, INK},
 };
 
+/// Height of a word, in scores.
+const LINE: f64 = 0.08;
 /// Score that is worth a word.
 const NAMED: f64 = 0.05;
 
@@ -28,10 +30,9 @@ pub(super) fn scores(pair: &PairDetection) -> Option<String> {
         if peak[1] > NAMED {
             // Peaks that meet keep their words apart.
             let width = 0.25 * (across[1] - across[0]);
-            let near = |other: &[f64; 2]| (other[0] - peak[0]).abs() < width && (other[1] - peak[1]).abs() < 0.08;
             let mut at = peak;
-            while words.iter().any(|other| near(other) && (other[1] - at[1]).abs() < 0.08) {
-                at[1] -= 0.09;
+            while words.iter().any(|other| (other[0] - at[0]).abs() < width && (other[1] - at[1]).abs() < LINE) {
+                at[1] -= LINE;
             }
             words.push(at);
             chart.word(at, name, ink);

@@ -61,5 +61,27 @@ fn cross_length<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> S::f64s {
     simd.sqrt_f64s(dot(simd, [x, y, z], [x, y, z]))
 }
 
+/// Adds the weighted products `xx`, `xy`, `yy`, `xz`, `yz`, `zz`.
+#[inline(always)]
+fn add_products<S: Simd>(simd: S, weight: S::f64s, [x, y, z]: [S::f64s; 3], sums: &mut [S::f64s; 6]) {
+    let (wx, wy, wz) = (simd.mul_f64s(weight, x), simd.mul_f64s(weight, y), simd.mul_f64s(weight, z));
+    sums[0] = simd.mul_add_e_f64s(wx, x, sums[0]);
+    sums[1] = simd.mul_add_e_f64s(wx, y, sums[1]);
+    sums[2] = simd.mul_add_e_f64s(wy, y, sums[2]);
+    sums[3] = simd.mul_add_e_f64s(wx, z, sums[3]);
+    sums[4] = simd.mul_add_e_f64s(wy, z, sums[4]);
+    sums[5] = simd.mul_add_e_f64s(wz, z, sums[5]);
+}
+
+/// Sums over all lanes, over a count.
+#[inline(always)]
+fn means<S: Simd>(simd: S, sums: [S::f64s; 6], count: f64) -> [f64; 6] {
+    let mut means = [0.0; 6];
+    for k in 0..6 {
+        means[k] = simd.reduce_sum_f64s(sums[k]) / count;
+    }
+    means
+}
+
 #[cfg(test)]
 mod tests;

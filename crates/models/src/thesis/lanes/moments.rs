@@ -4,7 +4,7 @@ use jointscope_motion::Columns;
 use nalgebra::{Matrix3, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{minus, registers, splat};
+use super::{add_products, means, minus, registers, splat};
 
 /// Mean and covariance of a trajectory, and how far it moves.
 pub(in super::super) struct Moments {
@@ -55,20 +55,11 @@ impl WithSimd for Kernel<'_> {
         let about = splat(simd, mean.into());
         let mut products = [zero; 6];
         for (k, weight) in weights.iter().enumerate() {
-            let [x, y, z] = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], about);
-            let (wx, wy, wz) = (simd.mul_f64s(*weight, x), simd.mul_f64s(*weight, y), simd.mul_f64s(*weight, z));
-            products[0] = simd.mul_add_e_f64s(wx, x, products[0]);
-            products[1] = simd.mul_add_e_f64s(wx, y, products[1]);
-            products[2] = simd.mul_add_e_f64s(wx, z, products[2]);
-            products[3] = simd.mul_add_e_f64s(wy, y, products[3]);
-            products[4] = simd.mul_add_e_f64s(wy, z, products[4]);
-            products[5] = simd.mul_add_e_f64s(wz, z, products[5]);
+            let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], about);
+            add_products(simd, *weight, d, &mut products);
         }
-        let mut p = [0.0; 6];
-        for k in 0..6 {
-            p[k] = simd.reduce_sum_f64s(products[k]) / count;
-        }
-        let covariance = Matrix3::new(p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5]);
+        let [xx, xy, yy, xz, yz, zz] = means(simd, products, count);
+        let covariance = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
         Moments { mean, covariance, magnitude: simd.reduce_max_f64s(magnitude), moved: simd.reduce_max_f64s(moved) }
     }
 }

@@ -4,7 +4,7 @@ use jointscope_motion::Columns;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{dot, minus, registers, splat};
+use super::{add_products, dot, means, minus, registers, splat};
 
 /// Means of products of plane coordinates `x`, `y` about the centroid, and of `z = x² + y²` less its mean.
 #[derive(Debug, Clone, Copy)]
@@ -57,19 +57,9 @@ impl WithSimd for Kernel<'_> {
             let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], centroid);
             let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
             let z = simd.sub_f64s(simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y)), mean);
-            let (wx, wy, wz) = (simd.mul_f64s(*weight, x), simd.mul_f64s(*weight, y), simd.mul_f64s(*weight, z));
-            sums[0] = simd.mul_add_e_f64s(wx, x, sums[0]);
-            sums[1] = simd.mul_add_e_f64s(wx, y, sums[1]);
-            sums[2] = simd.mul_add_e_f64s(wy, y, sums[2]);
-            sums[3] = simd.mul_add_e_f64s(wx, z, sums[3]);
-            sums[4] = simd.mul_add_e_f64s(wy, z, sums[4]);
-            sums[5] = simd.mul_add_e_f64s(wz, z, sums[5]);
+            add_products(simd, *weight, [x, y, z], &mut sums);
         }
-        let mut means = [0.0; 6];
-        for k in 0..6 {
-            means[k] = simd.reduce_sum_f64s(sums[k]) / columns.frames() as f64;
-        }
-        let [xx, xy, yy, xz, yz, zz] = means;
+        let [xx, xy, yy, xz, yz, zz] = means(simd, sums, columns.frames() as f64);
         PlaneMoments { square, xx, xy, yy, xz, yz, zz }
     }
 }

@@ -1,0 +1,109 @@
+//! What must be said of a pair, in sentences.
+
+use std::collections::BTreeMap;
+
+use jointscope_models::JointFit;
+use jointscope_motion::{PoseSeries, RelativeMotion};
+use jointscope_scoring::Verdict;
+
+use crate::ModelFinding;
+
+/// Frames below which no joint is determined: three points define a circle, and more must confirm it.
+const FEW_FRAMES: usize = 6;
+
+/// Share of frames in which bodies leap apart from which more are suspected than were left out; of a single point, which
+/// nothing confirms, it is less.
+const MOST_LEAPS: f64 = 0.04;
+const MOST_LEAPS_OF_A_POINT: f64 = 0.03;
+
+/// Tells the richer joint that the data show beyond the verdict's.
+pub(crate) fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFinding>) -> Option<String> {
+    /// Least millimetres or degrees that are told.
+    const LEAST: f64 = 0.005;
+    let name = verdict.richer.as_ref()?;
+    let fit = |name: &String| models.get(name)?.as_ref().ok();
+    let (simple, richer) = (fit(&verdict.joint)?, fit(name)?);
+    let misfit = |fit: &JointFit| -> Option<String> {
+        let distance = 1e3 * fit.parts.get("misfit_distance")?;
+        let angle = fit.parts.get("misfit_angle").map_or(0.0, |angle| angle.to_degrees());
+        let told = [(distance, "mm"), (angle, "degrees")].into_iter().filter(|(amount, _)| *amount >= LEAST);
+        let told: Vec<String> = told.map(|(amount, unit)| format!("{amount:.2} {unit}")).collect();
+        Some(if told.is_empty() { "noise".into() } else { format!("{} beyond noise", told.join(" and ")) })
+    };
+    let pitch = richer.joint.axis.and_then(|axis| axis.pitch).filter(|pitch| *pitch != 0.0);
+    let pitch = pitch.map_or(String::new(), |pitch| format!(" of {:.2} mm per radian", 1e3 * pitch));
+    Some(format!("{} within {}; {name}{pitch} fits better, within {}", verdict.joint, misfit(simple)?, misfit(richer)?))
+}
+
+/// Says so if the bodies were apart in single frames.
+pub(crate) fn leapt(series: &PoseSeries) -> Option<String> {
+    match series.leaps() {
+        0 => None,
+        1 => Some("in 1 frame the bodies leap apart and are back in the next; it was left out".into()),
+        count => Some(format!("in {count} frames the bodies leap apart and are back in the next; they were left out")),
+    }
+}
+
+/// What models have to say, and what several say once.
+pub(crate) fn told_by(models: &BTreeMap<String, ModelFinding>) -> Vec<String> {
+    let mut told: Vec<(String, Vec<&str>)> = Vec::new();
+    for (name, finding) in models {
+        let notes = match finding {
+            Ok(fit) => fit.notes.clone(),
+            Err(error) => vec![error.to_string()],
+        };
+        for note in notes {
+            match told.iter_mut().find(|(known, _)| *known == note) {
+                Some((_, names)) => names.push(name),
+                None => told.push((note, vec![name])),
+            }
+        }
+    }
+    let all = |names: &[&str]| names.len() > 1 && names.len() == models.len();
+    let sentence = |(note, names): (String, Vec<&str>)| {
+        if all(&names) { format!("all models: {note}") } else { format!("{}: {note}", names.join(", ")) }
+    };
+    told.into_iter().map(sentence).collect()
+}
+
+/// Why the data do not decide, in sentences that say what would help.
+pub(crate) fn doubts(
+    motion: &RelativeMotion<'_>,
+    verdict: &Verdict,
+    models: &BTreeMap<String, ModelFinding>,
+) -> Vec<String> {
+    let mut doubts = verdict.doubts.clone();
+    let lengths = motion.path_lengths();
+    let frames = motion.frames().len();
+    if frames > 1 && lengths.reference == 0.0 && lengths.moving == 0.0 {
+        doubts.push("neither body moves: every joint at rest looks rigid; record them moving".into());
+    }
+    if frames < FEW_FRAMES {
+        let show = if frames == 1 { "frame shows" } else { "frames show" };
+        doubts.push(format!("{frames} {show} both bodies, at least {FEW_FRAMES} are needed; record more"));
+    }
+    if let Some(series) = verdict.cost.and_then(|_| motion.pose_series()) {
+        if series.vague() {
+            doubts.push(
+                "the turn of a body about the line of its features is not seen; track a feature beside it".into(),
+            );
+        }
+        if series.is_below_noise() && verdict.joint != "rigid" {
+            doubts.push("the motion stays below the noise; record more motion".into());
+        }
+    }
+    let of_point = models.values().flatten().find_map(|fit| fit.parts.get("leap_share").copied());
+    let of_poses = || motion.pose_series().map(PoseSeries::leap_share);
+    let leaps = of_point.map(|share| (share, MOST_LEAPS_OF_A_POINT));
+    let leaps = leaps.or_else(|| Some((verdict.cost.and_then(|_| of_poses())?, MOST_LEAPS)));
+    if let Some((share, _)) = leaps.filter(|(share, most)| share > most) {
+        doubts.push(format!(
+            "the bodies leap apart and back in {:.0} % of the frames: more may be wrong than can be told; track better",
+            100.0 * share
+        ));
+    }
+    if models.values().all(Result::is_err) {
+        doubts.push("no model could judge this motion".into());
+    }
+    doubts
+}
