@@ -42,6 +42,7 @@ mod tracked;
 mod tracks;
 pub mod twist;
 mod uncertainty;
+mod whitening;
 
 pub use body::{Body, Observation};
 pub use body_motion::{BodyMotion, Noise, Outlier};

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3};
 
 use crate::noise::believed_drift;
 use crate::selection::{Common, sampled, telling};
+use crate::whitening::Roots;
 use crate::{BodyMotion, Play, Pose, leaps, quantile, twist};
 
 /// Most frames that are merged into one: in more, motion would be lost.
@@ -60,6 +61,7 @@ pub struct PoseSeries {
     seen: usize,
     every_pose: Vec<(usize, Pose)>,
     start: Option<Start>,
+    pub(crate) roots: Roots,
 }
 
 /// How well the coordinates of the body that was asked to be the reference are known: they are those of the recording
@@ -184,6 +186,7 @@ impl PoseSeries {
             evenly,
             seen: 0,
             start: start_of(asked_reference),
+            roots: Roots::default(),
             every_pose: common.iter().map(|(frame, r, m)| (*frame, before * r.inverse() * m * after)).collect(),
         };
         series.seen = series.poses.len();

@@ -1,5 +1,7 @@
 //! Registration of a body to its own shape in the presence of wild samples and of features that belong elsewhere.
 
+use std::f64::consts::FRAC_2_PI;
+
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::poses::{Shape, rebase};
@@ -33,9 +35,10 @@ pub(crate) const WILD: f64 = 4.5;
 const ELSEWHERE: f64 = 2.5;
 /// Median of the length of a standard normal vector of three coordinates.
 pub(crate) const MEDIAN_LENGTH: f64 = 1.538;
-/// Distance in standard deviations of a coordinate up to which a body shows nothing wild: of a thousand bodies of a
-/// thousand Gaussian samples, six have one beyond.
-const NOTHING_WILD: f64 = 5.2;
+/// Share of the bodies of Gaussian samples of which one sample may look wild by chance.
+const BY_CHANCE: f64 = 0.006;
+/// Samples of a body of which at least so many are expected, so that bodies of few are not taken for wild.
+const MANY_SAMPLES: f64 = 1000.0;
 /// Median over root mean square of such lengths, and how far below it residuals without outliers may come: always, and
 /// by chance, which falls with the root of their number.
 const MEDIAN_SHARE: f64 = 0.888;
@@ -96,6 +99,15 @@ pub(crate) fn register_robustly(tracks: &Tracks) -> Result<Registered, Registrat
         }
     }
     Ok(state.finish())
+}
+
+/// Distance in standard deviations of a coordinate up to which a body of so many samples shows nothing wild: 5.2 for a
+/// thousand, 5.8 for forty thousand.
+///
+/// The length of a standard normal vector exceeds a large `r` with probability `√(2/π) r exp(-r²/2)`.
+fn nothing_wild(samples: f64) -> f64 {
+    let samples = samples.max(MANY_SAMPLES) / BY_CHANCE;
+    (0..4).fold(5.0_f64, |r, _| (2.0 * (samples * FRAC_2_PI.sqrt() * r).ln()).sqrt())
 }
 
 #[derive(Clone)]
@@ -274,7 +286,7 @@ impl<'t> State<'t> {
         let count = count.max(1) as f64;
         let rms = (sum / count).sqrt();
         let least = MEDIAN_SHARE - MEDIAN_TOLERANCE - MEDIAN_CHANCE / count.sqrt();
-        worst.sqrt() <= NOTHING_WILD * rms / 3_f64.sqrt() && median >= least * rms
+        worst.sqrt() <= nothing_wild(count) * rms / 3_f64.sqrt() && median >= least * rms
     }
 
     /// Starts anew from what most samples agree on: every frame is registered to the best seen one by the triple of

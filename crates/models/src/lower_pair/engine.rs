@@ -1,7 +1,7 @@
 //! Fits a mechanism to a series of uncertain poses: damped Gauss-Newton with the positions of every frame eliminated.
 
 use jointscope_motion::{
-    Pose,
+    Pose, evenly,
     twist::{self, Twist},
 };
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
@@ -17,8 +17,14 @@ pub(super) type Unknowns = SVector<f64, UNKNOWNS>;
 /// Most iterations, and those that every start gets before the best goes on alone.
 const ITERATIONS: usize = 25;
 const TRIAL_ITERATIONS: usize = 4;
-/// Relative change of the cost at which two iterations in a row end the fit.
+/// Frames that every start is tried on, where there are twice as many or more.
+const TRIAL_FRAMES: usize = 64;
+/// Relative change of the cost that ends a fit: where the normal equations promise no more, or two iterations in a row
+/// have brought no more.
 const CONVERGED: f64 = 1e-6;
+/// Steps that are tried, ever shorter ones, and the least damping.
+const TRIES: usize = 5;
+const LEAST_DAMPING: f64 = 1e-9;
 /// Largest turn of one step, radians: beyond, the linearisation means nothing.
 const LARGEST_TURN: f64 = 0.5;
 /// Damping of directions that the data do not tell, as a share of the mean diagonal.
@@ -66,6 +72,8 @@ pub struct Fitted {
 /// of every frame are eliminated by an orthogonal projection; damping (Levenberg-Marquardt) keeps what the data do not
 /// tell where it is.
 ///
+/// Of many frames, a few tell which start is the best, and bring it near to where all frames have it.
+///
 /// No frame and no iteration allocates.
 pub fn fit(
     mechanism: &dyn Mechanism,
@@ -73,28 +81,49 @@ pub fn fit(
     whitening: &[Matrix6<f64>],
     starts: &[Placement],
 ) -> Option<Fitted> {
-    let problem = Problem { mechanism, poses, whitening, lanes: Whitening::of(whitening) };
+    let begun = |start: &Placement| (*start, projected(mechanism, poses, start));
+    let problem = Problem::of(mechanism, poses, whitening);
+    if poses.len() < 2 * TRIAL_FRAMES {
+        return best_of(&problem, starts.iter().map(begun));
+    }
+    let few = evenly(poses.len(), TRIAL_FRAMES);
+    let poses_of_few: Vec<Pose> = few.iter().map(|&frame| poses[frame]).collect();
+    let whitening_of_few: Vec<Matrix6<f64>> = few.iter().map(|&frame| whitening[frame]).collect();
+    // Positions are followed through all frames, lest a turn be lost between two of the few.
+    let thinned = starts.iter().map(begun).map(|(start, q)| (start, few.iter().map(|&frame| q[frame]).collect()));
+    let found = best_of(&Problem::of(mechanism, &poses_of_few, &whitening_of_few), thinned)?.placement;
+    best_of(&problem, [begun(&found)].into_iter())
+}
+
+/// The best of fits from several placements and positions.
+fn best_of(
+    problem: &Problem<'_>,
+    starts: impl ExactSizeIterator<Item = (Placement, Vec<Vector3<f64>>)>,
+) -> Option<Fitted> {
+    let several = starts.len() > 1;
+    let mut linear = problem.linearisation();
     let mut best: Option<State> = None;
-    for start in starts {
-        let mut state = State::new(&problem, *start, projected(mechanism, poses, start));
-        state.iterate(&problem, if starts.len() > 1 { TRIAL_ITERATIONS } else { ITERATIONS });
+    for (start, positions) in starts {
+        let mut state = State::new(problem, start, positions);
+        state.iterate(problem, &mut linear, if several { TRIAL_ITERATIONS } else { ITERATIONS });
         if state.cost.is_finite() && best.as_ref().is_none_or(|best| state.cost < best.cost) {
             best = Some(state);
         }
     }
     let mut state = best?;
-    if starts.len() > 1 && !state.converged {
-        state.iterate(&problem, ITERATIONS - TRIAL_ITERATIONS);
+    if several && !state.converged {
+        state.iterate(problem, &mut linear, ITERATIONS - TRIAL_ITERATIONS);
     }
-    Some(state.finish(&problem))
+    Some(state.finish(problem, &mut linear))
 }
 
 /// Fits a mechanism with other weights, from where a fit of the same poses ended.
 pub fn refit(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>], from: &Fitted) -> Option<Fitted> {
-    let problem = Problem { mechanism, poses, whitening, lanes: Whitening::of(whitening) };
+    let problem = Problem::of(mechanism, poses, whitening);
+    let mut linear = problem.linearisation();
     let mut state = State::new(&problem, from.placement, from.positions.clone());
-    state.iterate(&problem, ITERATIONS);
-    state.cost.is_finite().then(|| state.finish(&problem))
+    state.iterate(&problem, &mut linear, ITERATIONS);
+    state.cost.is_finite().then(|| state.finish(&problem, &mut linear))
 }
 
 /// Positions nearest to the poses.
@@ -116,6 +145,16 @@ struct Problem<'a> {
     lanes: Whitening,
 }
 
+impl<'a> Problem<'a> {
+    fn of(mechanism: &'a dyn Mechanism, poses: &'a [Pose], whitening: &'a [Matrix6<f64>]) -> Self {
+        Self { mechanism, poses, whitening, lanes: Whitening::of(whitening) }
+    }
+
+    fn linearisation(&self) -> Linearisation {
+        Linearisation::new(self.poses.len(), self.mechanism.freedoms(), self.mechanism.constants())
+    }
+}
+
 /// Positions of all frames, and what follows from them.
 #[derive(Clone)]
 struct Trial {
@@ -133,7 +172,6 @@ struct State {
     damping: f64,
     stalled: usize,
     converged: bool,
-    linear: Linearisation,
 }
 
 impl State {
@@ -142,23 +180,19 @@ impl State {
         let mut now =
             Trial { positions, inverses: vec![Pose::identity(); frames], residuals: vec![Twist::zeros(); frames] };
         let cost = now.follow(problem, &start);
-        let (freedoms, constants) = (problem.mechanism.freedoms(), problem.mechanism.constants());
-        Self {
-            placement: start,
-            next: now.clone(),
-            now,
-            cost,
-            damping: 1e-3,
-            stalled: 0,
-            converged: false,
-            linear: Linearisation::new(frames, freedoms, constants),
-        }
+        Self { placement: start, next: now.clone(), now, cost, damping: 1e-3, stalled: 0, converged: false }
     }
 
-    fn iterate(&mut self, problem: &Problem<'_>, iterations: usize) {
+    fn iterate(&mut self, problem: &Problem<'_>, linear: &mut Linearisation, iterations: usize) {
         for _ in 0..iterations {
-            let (normal, gradient) = self.linearise(problem);
-            if !self.step(problem, &normal, &gradient) || self.stalled >= 2 {
+            let (normal, gradient) = self.linearise(problem, linear);
+            // A last whole step is all that is left to gain.
+            let last = promised(linear, &normal, &gradient) < CONVERGED * (1.0 + self.cost);
+            if last {
+                self.damping = LEAST_DAMPING;
+            }
+            let lowered = self.step(problem, linear, &normal, &gradient, if last { 1 } else { TRIES });
+            if last || !lowered || self.stalled >= 2 {
                 self.converged = true;
                 break;
             }
@@ -166,11 +200,11 @@ impl State {
     }
 
     /// Normal equations of the unknowns, the positions eliminated.
-    fn linearise(&mut self, problem: &Problem<'_>) -> (Normal, Unknowns) {
+    fn linearise(&self, problem: &Problem<'_>, linear: &mut Linearisation) -> (Normal, Unknowns) {
         let Placement { joint, home, constants } = self.placement;
         let Trial { positions, inverses, residuals } = &self.now;
         for (frame, q) in positions.iter().enumerate() {
-            self.linear.set(
+            linear.set(
                 frame,
                 &Linear {
                     residual: &residuals[frame],
@@ -180,12 +214,19 @@ impl State {
                 },
             );
         }
-        self.linear.equations(&problem.lanes, &(home.inverse() * joint))
+        linear.equations(&problem.lanes, &(home.inverse() * joint))
     }
 
-    /// One damped step; `false` if none lowers the cost.
-    fn step(&mut self, problem: &Problem<'_>, normal: &Normal, gradient: &Unknowns) -> bool {
-        for _ in 0..5 {
+    /// One damped step; `false` if none of so many lowers the cost.
+    fn step(
+        &mut self,
+        problem: &Problem<'_>,
+        linear: &Linearisation,
+        normal: &Normal,
+        gradient: &Unknowns,
+        tries: usize,
+    ) -> bool {
+        for _ in 0..tries {
             let Some(step) = solve(normal, gradient, self.damping) else { return false };
             let turn = step.fixed_rows::<3>(0).amax().max(step.fixed_rows::<3>(6).amax());
             let step = if turn > LARGEST_TURN { step * (LARGEST_TURN / turn) } else { step };
@@ -195,7 +236,7 @@ impl State {
                 constants: self.placement.constants + step.fixed_rows::<2>(12),
             };
             for (frame, (next, q)) in self.next.positions.iter_mut().zip(&self.now.positions).enumerate() {
-                *next = problem.mechanism.advance(q, &self.linear.advance(frame, &step));
+                *next = problem.mechanism.advance(q, &linear.advance(frame, &step));
             }
             let cost = self.next.follow(problem, &placement);
             if cost <= self.cost {
@@ -204,7 +245,7 @@ impl State {
                 self.placement = placement;
                 std::mem::swap(&mut self.now, &mut self.next);
                 self.cost = cost;
-                self.damping = (self.damping / 5.0).max(1e-9);
+                self.damping = (self.damping / 5.0).max(LEAST_DAMPING);
                 return true;
             }
             self.damping = (self.damping * 10.0).min(1e6);
@@ -212,12 +253,12 @@ impl State {
         false
     }
 
-    fn finish(mut self, problem: &Problem<'_>) -> Fitted {
-        let (normal, _) = self.linearise(problem);
+    fn finish(self, problem: &Problem<'_>, linear: &mut Linearisation) -> Fitted {
+        let (normal, _) = self.linearise(problem, linear);
         let covariance = solve_all(&normal);
         let position_noise = (0..problem.poses.len())
             .map(|frame| {
-                let inverse = self.linear.triangle(frame).try_inverse().unwrap_or_else(Matrix3::identity);
+                let inverse = linear.triangle(frame).try_inverse().unwrap_or_else(Matrix3::identity);
                 inverse * inverse.transpose()
             })
             .collect();
@@ -248,6 +289,12 @@ impl Trial {
     }
 }
 
+/// What the cost would fall by, were all residuals linear.
+fn promised(linear: &Linearisation, normal: &Normal, gradient: &Unknowns) -> f64 {
+    let by_unknowns = solve(normal, gradient, LEAST_DAMPING).map_or(f64::INFINITY, |step| step.dot(gradient));
+    linear.promised_by_positions() + by_unknowns
+}
+
 fn damped(normal: &Normal, damping: f64) -> Normal {
     let floor = GAUGE * normal.trace() / UNKNOWNS as f64 + f64::MIN_POSITIVE;
     let most = |range: [usize; 6]| range.into_iter().map(|k| normal[(k, k)]).fold(0.0, f64::max);
@@ -268,5 +315,5 @@ fn solve(normal: &Normal, gradient: &Unknowns, damping: f64) -> Option<Unknowns>
 
 /// Inverse of the normal matrix, huge where it is singular.
 fn solve_all(normal: &Normal) -> Normal {
-    damped(normal, 1e-9).cholesky().map_or_else(|| Normal::identity() * 1e12, |factor| factor.inverse())
+    damped(normal, LEAST_DAMPING).cholesky().map_or_else(|| Normal::identity() * 1e12, |factor| factor.inverse())
 }

@@ -1,5 +1,7 @@
 //! From a mechanism and a motion to a joint with evidence.
 
+use std::borrow::Cow;
+
 use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, quantile, twist, twist::Twist};
 use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Translation3, Unit, Vector3};
 
@@ -89,17 +91,19 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     }
     let starts = mechanism.starts(series);
     let plays = series.ends().iter().any(|end| end.shift_play > 0.0);
-    let play = series.play();
-    let turn_play = play.least_turn.to_radians().max(play.turn * series.turn());
-    let scale = [turn_play, series.ends()[0].shift_play];
+    let play = if plays { series.usual_play() } else { [0.0; 2] };
+    let roots = if plays { series.whitening_with_play() } else { series.whitening() };
     let failed = || FitError::Fault { what: "the fit of the mechanism has no finite cost".into() };
-    let (adequate, weights) = robust(mechanism, series, &starts, scale, plays).ok_or_else(failed)?;
-    let white = whitened(series, [0.0; 2], &weights);
-    let ideal = refit(mechanism, series.poses(), &white, &adequate).ok_or_else(failed)?;
+    let (adequate, weights) = robust(mechanism, series, &starts, roots, play).ok_or_else(failed)?;
+    let ideal =
+        refit(mechanism, series.poses(), &weighted(series.whitening(), &weights), &adequate).ok_or_else(failed)?;
     // The robust weights find the joint; what the frames cost is told without them.
-    let white = whitened(series, [0.0; 2], &[]);
-    let squares: Vec<f64> =
-        white.iter().zip(&ideal.residuals).map(|(white, residual)| (white * residual).norm_squared()).collect();
+    let squares: Vec<f64> = series
+        .whitening()
+        .iter()
+        .zip(&ideal.residuals)
+        .map(|(white, residual)| (white * residual).norm_squared())
+        .collect();
     let chi_squared = sum_of(&squares, 6.0, series.correlation_time());
     let mobility = mechanism.mobility();
     let mut evidence = Evidence::of_poses(mobility, series);
@@ -111,8 +115,9 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
         let mut departure = departure(&judged.adequate, mechanism, series, sweep, None);
         if series.tracked() && mobility.turns < 3 && departure.squared > WRONG_PRICE {
             // Orientations may be wrong: a turn that moves nothing is no motion.
-            let loose = [WRONG_WEIGHT, scale[1]];
-            if let Some((other, _)) = robust(mechanism, series, &[judged.adequate.placement], loose, true) {
+            let loose = [WRONG_WEIGHT, play[1]];
+            let (starts, roots) = ([judged.adequate.placement], series.whitening_with(loose));
+            if let Some((other, _)) = robust(mechanism, series, &starts, &roots, loose) {
                 let mut found = self::departure(&other, mechanism, series, sweep, Some(WRONG_TURN));
                 found.squared += WRONG_PRICE;
                 if found.squared < departure.squared {
@@ -199,26 +204,19 @@ impl Judged {
 /// Weights of rotation and position of a frame.
 type Weights = [f64; 2];
 
-/// A root of the information of every pose, with play added to its noise and the frames' weights.
-fn whitened(series: &PoseSeries, play: [f64; 2], weights: &[Weights]) -> Vec<Matrix6<f64>> {
-    let white = |(frame, noise): (usize, &Matrix6<f64>)| {
-        let mut covariance = *noise;
-        for k in 0..6 {
-            covariance[(k, k)] += play[k / 3].powi(2);
+/// Roots of the information of every pose with the frames' weights, if there are any.
+fn weighted<'a>(roots: &'a [Matrix6<f64>], weights: &[Weights]) -> Cow<'a, [Matrix6<f64>]> {
+    if weights.is_empty() {
+        return Cow::Borrowed(roots);
+    }
+    let weigh = |(root, weights): (&Matrix6<f64>, &Weights)| {
+        let mut root = *root;
+        for column in 0..6 {
+            root.column_mut(column).scale_mut(weights[column / 3].sqrt());
         }
-        let mut white = covariance
-            .cholesky()
-            .and_then(|factor| factor.l().solve_lower_triangular(&Matrix6::identity()))
-            .unwrap_or_else(Matrix6::zeros);
-        if let Some(weights) = weights.get(frame) {
-            for column in 0..6 {
-                let root = weights[column / 3].sqrt();
-                white.column_mut(column).iter_mut().for_each(|x| *x *= root);
-            }
-        }
-        white
+        root
     };
-    series.noise().iter().enumerate().map(white).collect()
+    roots.iter().zip(weights).map(weigh).collect()
 }
 
 /// Fits with weights that fall with the fourth power of what is far off, of rotation and position each on its own: a
@@ -227,12 +225,11 @@ fn robust(
     mechanism: &dyn Mechanism,
     series: &PoseSeries,
     starts: &[Placement],
+    roots: &[Matrix6<f64>],
     play: [f64; 2],
-    plays: bool,
 ) -> Option<(Fitted, Vec<Weights>)> {
-    let play = if plays { play } else { [0.0; 2] };
     let mut weights: Vec<Weights> = Vec::new();
-    let mut fitted = fit(mechanism, series.poses(), &whitened(series, play, &weights), starts)?;
+    let mut fitted = fit(mechanism, series.poses(), roots, starts)?;
     let (mut turns, mut shifts) = (Vec::new(), Vec::new());
     for _ in 1..ROUNDS {
         turns.clear();
@@ -249,7 +246,7 @@ fn robust(
         }
         let weight = |length: f64, limit: f64| (limit / length.max(limit)).powi(4) + 1e-6;
         weights = turns.iter().zip(&shifts).map(|(r, x)| [weight(*r, turn), weight(*x, shift)]).collect();
-        fitted = refit(mechanism, series.poses(), &whitened(series, play, &weights), &fitted)?;
+        fitted = refit(mechanism, series.poses(), &weighted(roots, &weights), &fitted)?;
     }
     Some((fitted, weights))
 }

@@ -131,6 +131,12 @@ impl Linearisation {
         left
     }
 
+    /// What the cost would fall by, did the positions alone move and were all residuals linear.
+    pub(super) fn promised_by_positions(&self) -> f64 {
+        let eliminated = self.blocks.iter().flat_map(|block| &block.eliminated[..self.freedoms]);
+        eliminated.flatten().map(|part| part * part).sum()
+    }
+
     /// The triangle of a frame's positions, whose square is their information; 1 for positions that are not used.
     pub(super) fn triangle(&self, frame: usize) -> Matrix3<f64> {
         let (block, lane) = (&self.blocks[frame / BLOCK], frame % BLOCK);
@@ -155,10 +161,22 @@ impl WithSimd for Equations<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        // Loops of known lengths are unrolled.
+        match self.linear.constants {
+            0 => self.of_columns::<S, 12>(simd),
+            1 => self.of_columns::<S, 13>(simd),
+            _ => self.of_columns::<S, 14>(simd),
+        }
+    }
+}
+
+impl Equations<'_> {
+    #[inline(always)]
+    fn of_columns<S: Simd, const COLUMNS: usize>(self, simd: S) -> (Normal, Unknowns) {
         let Self { white, carry, linear } = self;
-        let (freedoms, columns) = (linear.freedoms, 12 + linear.constants);
+        let freedoms = linear.freedoms;
         let zero = simd.splat_f64s(0.0);
-        let (mut normal, mut gradient) = ([[zero; UNKNOWNS]; UNKNOWNS], [zero; UNKNOWNS]);
+        let (mut normal, mut gradient) = ([[zero; COLUMNS]; COLUMNS], [zero; COLUMNS]);
         for (white, block) in white.0.iter().zip(&mut linear.blocks) {
             for at in 0..BLOCK / S::F64_LANES {
                 let mut w = [[zero; 6]; 6];
@@ -169,26 +187,26 @@ impl WithSimd for Equations<'_> {
                 }
                 let carried = whitened_carry(simd, &w, carry);
                 let along = carried_back(simd, &carried, block, at);
-                let (mut j, mut residual) = ([[zero; UNKNOWNS]; 6], [zero; 6]);
+                let (mut j, mut residual) = ([[zero; COLUMNS]; 6], [zero; 6]);
                 for r in 0..6 {
                     for c in 0..6 {
                         j[r][c] = simd.sub_f64s(along[r][c], carried[r][c]);
                         j[r][6 + c] = w[r][c];
                         residual[r] = simd.mul_add_e_f64s(w[r][c], load(simd, &block.residual[c], at), residual[r]);
                     }
-                    for constant in 0..columns - 12 {
+                    for constant in 0..COLUMNS - 12 {
                         for m in 0..6 {
                             let by = load(simd, &block.by_constants[6 * constant + m], at);
                             j[r][12 + constant] = simd.mul_add_e_f64s(along[r][m], by, j[r][12 + constant]);
                         }
                     }
                 }
-                eliminate(simd, block, at, freedoms, columns, &along, &mut j, &mut residual);
-                for a in 0..columns {
+                eliminate(simd, block, at, freedoms, &along, &mut j, &mut residual);
+                for a in 0..COLUMNS {
                     for r in 0..6 {
                         gradient[a] = simd.mul_add_e_f64s(j[r][a], residual[r], gradient[a]);
                     }
-                    for b in a..columns {
+                    for b in a..COLUMNS {
                         let mut sum = normal[a][b];
                         for r in 0..6 {
                             sum = simd.mul_add_e_f64s(j[r][a], j[r][b], sum);
@@ -199,9 +217,9 @@ impl WithSimd for Equations<'_> {
             }
         }
         let (mut sums, mut right) = (Normal::zeros(), Unknowns::zeros());
-        for a in 0..columns {
+        for a in 0..COLUMNS {
             right[a] = simd.reduce_sum_f64s(gradient[a]);
-            for b in a..columns {
+            for b in a..COLUMNS {
                 sums[(a, b)] = simd.reduce_sum_f64s(normal[a][b]);
                 sums[(b, a)] = sums[(a, b)];
             }
@@ -254,15 +272,13 @@ fn carried_back<S: Simd>(simd: S, carried: &[[S::f64s; 6]; 6], block: &Block, pa
 
 /// Projects Jacobian and residual to where no position moves them, and keeps what is projected away.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "the inner part of one loop")]
-fn eliminate<S: Simd>(
+fn eliminate<S: Simd, const COLUMNS: usize>(
     simd: S,
     block: &mut Block,
     part: usize,
     freedoms: usize,
-    columns: usize,
     along: &[[S::f64s; 6]; 6],
-    j: &mut [[S::f64s; UNKNOWNS]; 6],
+    j: &mut [[S::f64s; COLUMNS]; 6],
     residual: &mut [S::f64s; 6],
 ) {
     let zero = simd.splat_f64s(0.0);
@@ -293,7 +309,7 @@ fn eliminate<S: Simd>(
         for r in 0..6 {
             residual[r] = simd.sub_f64s(residual[r], simd.mul_f64s(column[r], own));
         }
-        for c in 0..columns {
+        for c in 0..COLUMNS {
             let mut row = zero;
             for r in 0..6 {
                 row = simd.mul_add_e_f64s(column[r], j[r][c], row);
