@@ -2,7 +2,7 @@
 
 use jointscope_models::{Axis, Mobility, Positions};
 use jointscope_motion::{
-    Body, Observation, Pose,
+    Body, Observation, Pose, evenly,
     nalgebra::{DMatrix, Point3, Unit, Vector3},
     quantile,
 };
@@ -180,15 +180,18 @@ fn base_of(
 fn rests(body: &Body, noise: f64) -> bool {
     /// Range of noise from 2 to 98 %, and what is allowed, in standard deviations.
     const ALLOWED: f64 = 1.5 * 4.1;
+    /// Frames that are looked at, evenly over time: enough for such a range.
+    const FRAMES: usize = 200;
     let range = |mut values: Vec<f64>| quantile(&mut values, 0.98) - quantile(&mut values, 0.02);
     let along = |places: &[Vector3<f64>], axis: usize| range(places.iter().map(|place| place[axis]).collect());
     let moves = |places: &[Vector3<f64>]| (0..3).any(|axis| along(places, axis) > ALLOWED * noise);
     match body.observation() {
         Observation::AtRest(_) => true,
         Observation::Points { tracks, .. } => {
-            let way = |feature| (0..tracks.frames()).filter_map(|t| Some(tracks.get(t, feature)?.coords)).collect();
+            let frames = evenly(tracks.frames(), FRAMES);
+            let way = |feature| frames.iter().filter_map(|&t| Some(tracks.get(t, feature)?.coords)).collect();
             let ways = (0..tracks.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());
-            let seen = (0..tracks.features()).filter(|&f| (0..tracks.frames()).any(|t| tracks.is_visible(t, f)));
+            let seen = (0..tracks.features()).filter(|&f| frames.iter().any(|&t| tracks.is_visible(t, f)));
             // It rests unless more than half of its features move; more need not be looked at.
             let half = seen.count() / 2;
             ways.filter(|way| moves(way)).take(half + 1).count() <= half

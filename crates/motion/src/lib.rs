@@ -22,6 +22,7 @@ mod depth;
 mod depth_gain;
 mod error;
 mod extent;
+mod flat_rows;
 mod leaps;
 mod line;
 mod noise;

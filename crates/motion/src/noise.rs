@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use crate::flat_rows::for_residuals;
 use crate::{Pose, Tracks, quantile};
 
 /// Standard deviation of a sample's coordinate across and along the viewing ray, metres.
@@ -62,12 +63,13 @@ impl Residuals {
         let mut used = vec![false; shape.len()];
         let (mut samples, mut frames, mut sum) = (0_usize, 0_usize, 0.0);
         let (mut of_frames, mut worst) = (Vec::new(), None);
-        for (frame, pose) in fresh(tracks, poses) {
+        for_residuals(tracks, fresh(tracks, poses), shape, |frame, residuals| {
             let (mut here, mut squares) = (0_usize, 0.0);
-            let (turn, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
-            for (feature, position) in tracks.seen(frame).filter(|&(feature, _)| counts(frame, feature)) {
-                let Some(expected) = &shape[feature] else { continue };
-                let square = (position.coords - (turn * expected.coords + shift)).norm_squared();
+            for (feature, residual) in residuals.iter().enumerate() {
+                if shape[feature].is_none() || !tracks.is_visible(frame, feature) || !counts(frame, feature) {
+                    continue;
+                }
+                let square = residual.norm_squared();
                 used[feature] = true;
                 here += 1;
                 squares += square;
@@ -81,7 +83,7 @@ impl Residuals {
             if here > 3 {
                 of_frames.push((squares / (3 * here - 6) as f64).sqrt());
             }
-        }
+        });
         let features = used.iter().filter(|used| **used).count();
         let freedom = (3 * samples + 6).saturating_sub(6 * frames + 3 * features);
         let never_changes =
@@ -132,28 +134,22 @@ pub(crate) fn lag_one(
     shape: &[Option<Point3<f64>>],
     counts: impl Fn(usize, usize) -> bool,
 ) -> f64 {
-    let (mut before, mut now) = (vec![None; shape.len()], vec![None; shape.len()]);
-    let look = |frame: usize, residuals: &mut [Option<Vector3<f64>>]| {
-        residuals.fill(None);
-        let Some(pose) = &poses[frame] else { return };
-        let (turn, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
-        for (feature, position) in tracks.seen(frame).filter(|&(feature, _)| counts(frame, feature)) {
-            residuals[feature] = shape[feature].map(|place| position.coords - (turn * place.coords + shift));
-        }
-    };
+    let mut before = (None, vec![Vector3::zeros(); shape.len()]);
     let (mut product, mut squares) = (0.0, 0.0);
-    for frame in 0..tracks.frames() {
-        std::mem::swap(&mut before, &mut now);
-        look(frame, &mut now);
-        if frame == 0 || tracks.repeats_previous(frame) {
-            continue;
+    let counts = |frame, feature| tracks.is_visible(frame, feature) && counts(frame, feature);
+    let posed = poses.iter().enumerate().filter_map(|(frame, pose)| Some((frame, pose.as_ref()?)));
+    for_residuals(tracks, posed, shape, |frame, now| {
+        let (last, before) = (before.0.replace(frame), &mut before.1);
+        if last.is_some_and(|last| last + 1 == frame) && !tracks.repeats_previous(frame) {
+            for (feature, (before, now)) in before.iter().zip(now).enumerate() {
+                if shape[feature].is_some() && counts(frame - 1, feature) && counts(frame, feature) {
+                    product += before.dot(now);
+                    squares += before.norm_squared() + now.norm_squared();
+                }
+            }
         }
-        for (before, now) in before.iter().zip(&now).filter_map(|(before, now)| Some((before.as_ref()?, now.as_ref()?)))
-        {
-            product += before.dot(now);
-            squares += before.norm_squared() + now.norm_squared();
-        }
-    }
+        before.copy_from_slice(now);
+    });
     if squares > 0.0 { 2.0 * product / squares } else { 0.0 }
 }
 

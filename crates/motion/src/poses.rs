@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use crate::flat_rows::sums_of_places;
 use crate::{Pose, RegistrationError, Tracks, noise, register, register_frames};
 
 /// Change of the shape, as a share of its size, at which the alternation has converged.
@@ -107,16 +108,7 @@ pub(crate) fn rebase_to(start: &Pose, poses: &mut [Option<Pose>], shape: &mut Sh
 
 /// Mean of every feature's positions in the body's coordinates; exact repetitions of a frame count once.
 fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
-    let mut sums = vec![(0.0, Vector3::zeros()); tracks.features()];
-    for (frame, pose) in noise::fresh(tracks, poses) {
-        let back = pose.inverse();
-        let (turn, shift) = (back.rotation.to_rotation_matrix(), back.translation.vector);
-        for (feature, position) in tracks.seen(frame) {
-            let (count, sum) = &mut sums[feature];
-            *count += 1.0;
-            *sum += turn * position.coords + shift;
-        }
-    }
+    let sums = sums_of_places(tracks, noise::fresh(tracks, poses), None);
     sums.into_iter().map(|(count, sum)| (count > 0.0).then(|| Point3::from(sum / count))).collect()
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_2_PI;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use crate::flat_rows::{for_residuals, sums_of_places};
 use crate::poses::{Shape, rebase};
 use crate::registration::register_weighted;
 use crate::registration_in_lanes::register_frames_weighted;
@@ -110,6 +111,30 @@ fn nothing_wild(samples: f64) -> f64 {
     (0..4).fold(5.0_f64, |r, _| (2.0 * (samples * FRAC_2_PI.sqrt() * r).ln()).sqrt())
 }
 
+/// What the fit leaves of the residual of every feature of a frame, as a standard deviation in units of the noise;
+/// infinite for features whose place is unknown.
+fn left_of_residuals(shape: &Shape, weights: &[f64], of_features: &[f64]) -> Vec<f64> {
+    let placed = || shape.iter().zip(weights).filter_map(|(place, weight)| Some((place.as_ref()?.coords, *weight)));
+    let total: f64 = placed().map(|(_, weight)| weight).sum();
+    let centre = placed().map(|(place, weight)| place * weight).sum::<Vector3<f64>>() / total.max(1e-9);
+    let mut inertia = Matrix3::zeros();
+    for (place, weight) in placed() {
+        let x = place - centre;
+        inertia += (Matrix3::from_diagonal_element(x.norm_squared()) - x * x.transpose()) * weight;
+    }
+    let inverse = inertia.try_inverse().unwrap_or_else(Matrix3::zeros);
+    let left = |(feature, place): (usize, &Option<Point3<f64>>)| {
+        let Some(place) = place else { return f64::INFINITY };
+        let x = place.coords - centre;
+        let bends = 3.0 / total.max(1e-9) + x.norm_squared() * inverse.trace() - x.dot(&(inverse * x));
+        // Half a weight's sample is neither in nor out.
+        let taken = 2.0 * weights[feature] - 1.0;
+        let share = 1.0 - taken * (bends / 3.0 + 1.0 / of_features[feature].max(1.0));
+        share.max(LEAST_LEFT).sqrt()
+    };
+    shape.iter().enumerate().map(left).collect()
+}
+
 #[derive(Clone)]
 struct State<'t> {
     tracks: &'t Tracks,
@@ -190,18 +215,9 @@ impl<'t> State<'t> {
     /// Poses from the shape, the shape from the poses; gives how far the shape moved as a share of its size.
     fn alternate(&mut self) -> f64 {
         register_frames_weighted(&self.shape, self.tracks, Some(&self.weights), &mut self.poses);
-        let features = self.shape.len();
-        let mut sums = vec![(0.0, Vector3::zeros()); features];
-        for (frame, pose) in self.poses.iter().enumerate() {
-            let Some(back) = pose.filter(|_| self.fresh[frame]).map(|pose| pose.inverse()) else { continue };
-            let (turn, shift) = (back.rotation.to_rotation_matrix(), back.translation.vector);
-            for (feature, position) in self.tracks.seen(frame) {
-                let weight = self.weights[frame * features + feature];
-                let (total, sum) = &mut sums[feature];
-                *total += weight;
-                *sum += (turn * position.coords + shift) * weight;
-            }
-        }
+        let posed = self.poses.iter().enumerate().filter(|(frame, _)| self.fresh[*frame]);
+        let posed = posed.filter_map(|(frame, pose)| Some((frame, pose.as_ref()?)));
+        let sums = sums_of_places(self.tracks, posed, Some(&self.weights));
         let (mut change, mut low, mut high) = (0.0_f64, Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
         for ((total, sum), old) in sums.into_iter().zip(&mut self.shape) {
             if total > 1e-3 {
@@ -224,32 +240,26 @@ impl<'t> State<'t> {
     fn measure(&mut self) {
         let features = self.shape.len();
         let mut of_features = vec![0.0; features];
-        for (weight, feature) in self.weights.iter().zip((0..features).cycle()) {
-            of_features[feature] += weight;
+        for weights in self.weights.chunks_exact(features) {
+            of_features.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight);
         }
-        for (frame, pose) in self.poses.iter().enumerate() {
-            let Some(pose) = pose else { continue };
-            let (turn, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
-            let weights = &self.weights[frame * features..(frame + 1) * features];
-            let placed = || self.tracks.seen(frame).filter_map(|(f, at)| Some((f, at, self.shape[f]?.coords)));
-            let total: f64 = placed().map(|(f, ..)| weights[f]).sum();
-            let centre = placed().map(|(f, _, place)| place * weights[f]).sum::<Vector3<f64>>() / total.max(1e-9);
-            let mut inertia = Matrix3::zeros();
-            for (f, _, place) in placed() {
-                let x = place - centre;
-                inertia += (Matrix3::from_diagonal_element(x.norm_squared()) - x * x.transpose()) * weights[f];
+        let Self { tracks, poses, shape, weights, residuals, .. } = self;
+        // Frames of which everything counts leave the same.
+        let mut of_whole = None;
+        let posed = poses.iter().enumerate().filter_map(|(frame, pose)| Some((frame, pose.as_ref()?)));
+        for_residuals(tracks, posed, shape, |frame, off| {
+            let weights = &weights[frame * features..(frame + 1) * features];
+            let of_frame;
+            let left = if weights.iter().all(|weight| *weight == 1.0) {
+                of_whole.get_or_insert_with(|| left_of_residuals(shape, weights, &of_features))
+            } else {
+                of_frame = left_of_residuals(shape, weights, &of_features);
+                &of_frame
+            };
+            for (feature, left) in left.iter().enumerate() {
+                residuals[frame * features + feature] = off[feature].norm() / left;
             }
-            let inverse = inertia.try_inverse().unwrap_or_else(Matrix3::zeros);
-            for (f, position, place) in placed() {
-                let x = place - centre;
-                let bends = 3.0 / total.max(1e-9) + x.norm_squared() * inverse.trace() - x.dot(&(inverse * x));
-                // Half a weight's sample is neither in nor out.
-                let taken = 2.0 * weights[f] - 1.0;
-                let left = 1.0 - taken * (bends / 3.0 + 1.0 / of_features[f].max(1.0));
-                let residual = (position.coords - turn * place - shift).norm();
-                self.residuals[frame * features + f] = residual / left.max(LEAST_LEFT).sqrt();
-            }
-        }
+        });
     }
 
     /// The samples that can be judged: seen, in a posed frame, of a known feature.

@@ -1,0 +1,250 @@
+//! Frames read as the flat rows of numbers that they are, several numbers in the lanes of a register: mean places of
+//! features in the body's coordinates, and residuals.
+//!
+//! Three registers hold whole features, and lane `i` of the register `k` of such a triple always holds the coordinate
+//! `(k·lanes + i) mod 3`. What is not inlined into the place where the instruction set is found would lose it.
+
+#![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
+#![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
+
+use bytemuck::cast_slice;
+use nalgebra::{Point3, Vector3};
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::{Pose, Tracks};
+
+/// Lanes of the widest registers.
+const WIDEST: usize = 8;
+
+/// Of every feature, the sum of the weights of its samples, and the weighted sum of its places in the body's coordinates,
+/// over some posed frames. Weights are those of samples, frame-major, and 0 where they are missing; 1 if left out.
+pub(crate) fn sums_of_places<'p>(
+    tracks: &Tracks,
+    poses: impl Iterator<Item = (usize, &'p Pose)>,
+    weights: Option<&[f64]>,
+) -> Vec<(f64, Vector3<f64>)> {
+    Arch::new().dispatch(Places { tracks, poses, weights })
+}
+
+/// Shows what every sample of some posed frames is off from where pose and shape put it, metres, frame by frame. Of
+/// samples that are missing, or of unknown features, the numbers mean nothing.
+pub(crate) fn for_residuals<'p>(
+    tracks: &Tracks,
+    poses: impl Iterator<Item = (usize, &'p Pose)>,
+    shape: &[Option<Point3<f64>>],
+    look: impl FnMut(usize, &[Vector3<f64>]),
+) {
+    Arch::new().dispatch(Residuals { tracks, poses, shape, look });
+}
+
+struct Places<'a, I> {
+    tracks: &'a Tracks,
+    poses: I,
+    weights: Option<&'a [f64]>,
+}
+
+impl<'p, I: Iterator<Item = (usize, &'p Pose)>> WithSimd for Places<'_, I> {
+    type Output = Vec<(f64, Vector3<f64>)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { tracks, poses, weights } = self;
+        let features = tracks.features();
+        let length = padded::<S>(features);
+        let mut sums = [0, 1, 2].map(|_| vec![0.0; length]);
+        let mut row = vec![0.0; length];
+        let (mut whole_frames, mut counts) = (0.0, vec![0.0; features]);
+        for (frame, pose) in poses {
+            let weights = weights.map(|weights| &weights[frame * features..(frame + 1) * features]);
+            let whole = tracks.seen_count(frame) == features
+                && weights.is_none_or(|weights| weights.iter().all(|weight| *weight == 1.0));
+            if whole {
+                whole_frames += 1.0;
+            } else {
+                for feature in 0..features {
+                    let seen = tracks.is_visible(frame, feature);
+                    let weight = if seen { weights.map_or(1.0, |weights| weights[feature]) } else { 0.0 };
+                    counts[feature] += weight;
+                    row[3 * feature..3 * feature + 3].fill(weight);
+                }
+            }
+            let frame = Frame::of(simd, tracks, frame, pose);
+            let row = S::as_simd_f64s(&row).0;
+            let [x, y, z] = &mut sums;
+            let sums = [S::as_mut_simd_f64s(x).0, S::as_mut_simd_f64s(y).0, S::as_mut_simd_f64s(z).0];
+            for at in 0..row.len() {
+                let mut d = frame.about_the_body(simd, at);
+                if !whole {
+                    d = simd.mul_f64s(d, row[at]);
+                }
+                for axis in 0..3 {
+                    sums[axis][at] = simd.mul_add_e_f64s(frame.turn[at % 3][axis], d, sums[axis][at]);
+                }
+            }
+        }
+        let sum = |axis: usize, feature: usize| sums[axis][3 * feature..3 * feature + 3].iter().sum::<f64>();
+        let of_feature = |feature| (counts[feature] + whole_frames, Vector3::from_fn(|axis, _| sum(axis, feature)));
+        (0..features).map(of_feature).collect()
+    }
+}
+
+struct Residuals<'a, I, F> {
+    tracks: &'a Tracks,
+    poses: I,
+    shape: &'a [Option<Point3<f64>>],
+    look: F,
+}
+
+impl<'p, I: Iterator<Item = (usize, &'p Pose)>, F: FnMut(usize, &[Vector3<f64>])> WithSimd for Residuals<'_, I, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { tracks, poses, shape, mut look } = self;
+        let features = tracks.features();
+        let length = padded::<S>(features);
+        // Every coordinate of a feature three times over, so that it meets each of the three in a frame.
+        let places = [0, 1, 2].map(|axis| {
+            let place = |place: &Option<Point3<f64>>| [place.map_or(0.0, |place| place[axis]); 3];
+            let mut row: Vec<f64> = shape.iter().flat_map(place).collect();
+            row.resize(length, 0.0);
+            row
+        });
+        let places = [0, 1, 2].map(|axis| S::as_simd_f64s(&places[axis]).0);
+        let mut residuals = vec![0.0; length];
+        for (number, pose) in poses {
+            let frame = Frame::of(simd, tracks, number, pose);
+            let row = S::as_mut_simd_f64s(&mut residuals).0;
+            for at in 0..row.len() {
+                let mut off = frame.about_the_body(simd, at);
+                for axis in 0..3 {
+                    let product = simd.mul_f64s(frame.turn[at % 3][axis], places[axis][at]);
+                    off = simd.sub_f64s(off, product);
+                }
+                row[at] = off;
+            }
+            look(number, cast_slice(&residuals[..3 * features]));
+        }
+    }
+}
+
+/// Numbers of a row that fills whole triples of registers.
+fn padded<S: Simd>(features: usize) -> usize {
+    (3 * features).next_multiple_of(3 * S::F64_LANES)
+}
+
+/// The three registers of a triple in which every lane holds that of three numbers which belongs to its coordinate.
+#[inline(always)]
+fn by_coordinate<S: Simd>(simd: S, numbers: [f64; 3]) -> [S::f64s; 3] {
+    /// Coordinate of every lane of the first register.
+    const COORDINATES: [f64; WIDEST] = [0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0];
+    let coordinate = simd.partial_load_f64s(&COORDINATES[..S::F64_LANES.min(WIDEST)]);
+    let is_0 = simd.equal_f64s(coordinate, simd.splat_f64s(0.0));
+    let is_1 = simd.equal_f64s(coordinate, simd.splat_f64s(1.0));
+    let of = [simd.splat_f64s(numbers[0]), simd.splat_f64s(numbers[1]), simd.splat_f64s(numbers[2])];
+    let mut registers = of;
+    for k in 0..3 {
+        let first = k * S::F64_LANES;
+        let later = simd.select_f64s(is_1, of[(first + 1) % 3], of[(first + 2) % 3]);
+        registers[k] = simd.select_f64s(is_0, of[first % 3], later);
+    }
+    registers
+}
+
+/// A frame's numbers, and its pose in the order in which registers meet them.
+struct Frame<'a, S: Simd> {
+    full: &'a [S::f64s],
+    rest: &'a [f64],
+    /// `turn[k][a]` of a lane that holds coordinate `b` is `R[b][a]`.
+    turn: [[S::f64s; 3]; 3],
+    shift: [S::f64s; 3],
+}
+
+impl<'a, S: Simd> Frame<'a, S> {
+    #[inline(always)]
+    fn of(simd: S, tracks: &'a Tracks, frame: usize, pose: &Pose) -> Self {
+        let rotation = pose.rotation.to_rotation_matrix();
+        let zero = simd.splat_f64s(0.0);
+        let mut turn = [[zero; 3]; 3];
+        for axis in 0..3 {
+            let registers = by_coordinate(simd, rotation.matrix().column(axis).into_owned().into());
+            for k in 0..3 {
+                turn[k][axis] = registers[k];
+            }
+        }
+        let (full, rest) = S::as_simd_f64s(cast_slice(tracks.frame(frame)));
+        Self { full, rest, turn, shift: by_coordinate(simd, pose.translation.vector.into()) }
+    }
+
+    /// A register of positions less the pose's translation.
+    #[inline(always)]
+    fn about_the_body(&self, simd: S, at: usize) -> S::f64s {
+        let position = match at.cmp(&self.full.len()) {
+            std::cmp::Ordering::Less => self.full[at],
+            std::cmp::Ordering::Equal => simd.partial_load_f64s(self.rest),
+            std::cmp::Ordering::Greater => simd.splat_f64s(0.0),
+        };
+        simd.sub_f64s(position, self.shift[at % 3])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::UnitQuaternion;
+
+    use super::*;
+
+    fn wild(seed: usize) -> f64 {
+        (seed as f64 * 12.9898).sin().mul_add(43_758.545_3, 0.5).rem_euclid(1.0) * 2.0 - 1.0
+    }
+
+    fn point(seed: usize) -> Point3<f64> {
+        Point3::new(wild(3 * seed), wild(3 * seed + 1), wild(3 * seed + 2))
+    }
+
+    #[test]
+    fn sums_and_residuals_are_those_of_single_samples() {
+        for features in [1, 3, 5, 8, 40] {
+            let frames = 7;
+            let missing = |frame: usize, feature: usize| frame == 2 && feature.is_multiple_of(3);
+            let sample = |frame, feature| {
+                if missing(frame, feature) { Point3::new(f64::NAN, 0.0, 0.0) } else { point(100 * frame + feature) }
+            };
+            let positions = (0..frames).flat_map(|frame| (0..features).map(move |feature| sample(frame, feature)));
+            let tracks = Tracks::new(features, positions.collect()).expect("whole frames");
+            let shape: Vec<Option<Point3<f64>>> = (0..features).map(|f| (f != 4).then(|| point(900 + f))).collect();
+            let pose = |frame| {
+                let turn = UnitQuaternion::from_scaled_axis(point(1000 + frame).coords * 2.0);
+                Pose::from_parts(point(2000 + frame).coords.into(), turn)
+            };
+            let poses: Vec<Pose> = (0..frames).map(pose).collect();
+            let weigh = |sample: usize| if sample / features == 5 { 1.0 } else { wild(sample).abs() };
+            let weights: Vec<f64> = (0..frames * features).map(weigh).collect();
+            for weights in [None, Some(&weights[..])] {
+                let found = sums_of_places(&tracks, poses.iter().enumerate(), weights);
+                for (feature, (total, sum)) in found.into_iter().enumerate() {
+                    let (mut expected_total, mut expected) = (0.0, Vector3::zeros());
+                    for (frame, pose) in poses.iter().enumerate() {
+                        if let Some(position) = tracks.get(frame, feature) {
+                            let weight = weights.map_or(1.0, |weights| weights[frame * features + feature]);
+                            expected_total += weight;
+                            expected += pose.inverse_transform_point(position).coords * weight;
+                        }
+                    }
+                    assert!((total - expected_total).abs() < 1e-12);
+                    assert!((sum - expected).norm() < 1e-12, "{sum} {expected}");
+                }
+            }
+            let mut looked = 0;
+            for_residuals(&tracks, poses.iter().enumerate(), &shape, |frame, residuals| {
+                for (feature, position) in tracks.seen(frame) {
+                    let Some(place) = shape[feature] else { continue };
+                    assert!((residuals[feature] - (position - poses[frame] * place)).norm() < 1e-12);
+                    looked += 1;
+                }
+            });
+            let known = shape.iter().flatten().count();
+            assert_eq!(looked, frames * known - (0..features).filter(|&f| missing(2, f) && shape[f].is_some()).count());
+        }
+    }
+}
