@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use one_camera::{registered, repaired, shows_scale};
 
 use crate::pairs::{Pair, WORLD, chosen, names_of};
-use crate::remarks::{doubts, leapt, richer_note, told_by};
+use crate::remarks::{doubts, leapt, richer_note, scale_note, told_by};
 use crate::scale::{Belief, Estimate, estimate, factors, over_the_grid, rescale, stand_in};
 use crate::watched::Watched;
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
@@ -96,6 +96,9 @@ impl Detector {
             let shown = self.agree_on_scales(&watched, &pairs, &mut judged);
             factors(watched.len(), base, &shown)
         });
+        for pair in &mut judged {
+            pair.notes.extend(scale_note(pair));
+        }
         if let Some((pair, fault)) = judged.iter().find_map(|pair| Some((pair, pair.verdict.fault.as_ref()?))) {
             let [reference, moving] = [&pair.reference, &pair.moving].map(String::clone);
             return Err(DetectionError::Rule { reference, moving, error: Box::new(fault.clone()) });
@@ -250,7 +253,7 @@ impl Detector {
         if verdict.cost.is_some() {
             pair.notes.extend(motion.pose_series().and_then(leapt));
         }
-        pair.notes.extend(told_by(&pair.models));
+        pair.notes.extend(told_by(&pair.models, &verdict));
         pair.notes.extend(richer_note(&verdict, &pair.models));
         let doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models);
         pair.determined = doubts.is_empty();
@@ -286,15 +289,10 @@ impl Detector {
             scale.observable = found.is_observable();
             if scale.observable {
                 scale.factor = Some(found.factor());
-                scale.standard_error = Some(found.factor() * found.standard_error);
+                // The best of a grid's scores is no estimate with an error of its own.
+                let fitted = search == ScaleSearch::ClosedForm;
+                scale.standard_error = fitted.then_some(found.factor() * found.standard_error);
             }
-        }
-        if pair.scale.as_ref().is_some_and(|scale| !scale.observable) {
-            pair.notes.push(
-                "the scale between the bodies does not show in this motion: both must move, and not as if they were one \
-                 with the camera"
-                    .into(),
-            );
         }
     }
 }

@@ -6,7 +6,7 @@ use jointscope_models::JointFit;
 use jointscope_motion::{PoseSeries, RelativeMotion};
 use jointscope_scoring::Verdict;
 
-use crate::ModelFinding;
+use crate::{ModelFinding, PairDetection};
 
 /// Frames below which no joint is determined: three points define a circle, and more must confirm it.
 const FEW_FRAMES: usize = 6;
@@ -35,6 +35,20 @@ pub(crate) fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFind
     Some(format!("{} within {}; {name}{pitch} fits better, within {}", verdict.joint, misfit(simple)?, misfit(richer)?))
 }
 
+/// Tells the scale that was found, or that none shows.
+pub(crate) fn scale_note(pair: &PairDetection) -> Option<String> {
+    let scale = pair.scale.as_ref()?;
+    let Some(factor) = scale.factor else {
+        return Some(
+            "the scale between the bodies does not show in this motion: both must move, and not as if they were one \
+             with the camera"
+                .into(),
+        );
+    };
+    let error = scale.standard_error.map_or(String::new(), |error| format!(" (± {error:.4})"));
+    Some(format!("what is seen of {} times {factor:.4}{error} agrees with {} in scale", pair.moving, pair.reference))
+}
+
 /// Says so if the bodies were apart in single frames.
 pub(crate) fn leapt(series: &PoseSeries) -> Option<String> {
     match series.leaps() {
@@ -44,12 +58,14 @@ pub(crate) fn leapt(series: &PoseSeries) -> Option<String> {
     }
 }
 
-/// What models have to say, and what several say once.
-pub(crate) fn told_by(models: &BTreeMap<String, ModelFinding>) -> Vec<String> {
+/// Why models could not judge, and what the verdict's has to say; what several say once.
+pub(crate) fn told_by(models: &BTreeMap<String, ModelFinding>, verdict: &Verdict) -> Vec<String> {
     let mut told: Vec<(String, Vec<&str>)> = Vec::new();
+    let of_verdict = models.get(&verdict.joint).and_then(|finding| finding.as_ref().ok());
+    let says = |note: &String| of_verdict.is_some_and(|fit| fit.notes.contains(note));
     for (name, finding) in models {
         let notes = match finding {
-            Ok(fit) => fit.notes.clone(),
+            Ok(fit) => fit.notes.iter().filter(|note| says(note)).cloned().collect(),
             Err(error) => vec![error.to_string()],
         };
         for note in notes {
@@ -75,7 +91,10 @@ pub(crate) fn doubts(
     let mut doubts = verdict.doubts.clone();
     let lengths = motion.path_lengths();
     let frames = motion.frames().len();
-    if frames > 1 && lengths.reference == 0.0 && lengths.moving == 0.0 {
+    let exactly = lengths.reference == 0.0 && lengths.moving == 0.0;
+    // Where the bodies move against each other, one of them moves.
+    let but_for_noise = || verdict.joint == "rigid" && motion.reference().rests() && motion.moving().rests();
+    if frames > 1 && (exactly || but_for_noise()) {
         doubts.push("neither body moves: every joint at rest looks rigid; record them moving".into());
     }
     if frames < FEW_FRAMES {

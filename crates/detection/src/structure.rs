@@ -2,9 +2,9 @@
 
 use jointscope_models::{Axis, Mobility, Positions};
 use jointscope_motion::{
-    Body, Observation, Pose, evenly,
+    Body, Observation, Pose,
     nalgebra::{DMatrix, Point3, Unit, Vector3},
-    quantile,
+    stay_but_for,
 };
 
 use crate::{JointKind, ModelFinding, PairDetection};
@@ -176,29 +176,14 @@ fn base_of(
     resting.or_else(central).unwrap_or(0)
 }
 
-/// Whether a body's features stay in their places but for noise, metres per coordinate.
+/// Whether a body stays in its place but for noise, metres per coordinate.
 fn rests(body: &Body, noise: f64) -> bool {
-    /// Range of noise from 2 to 98 %, and what is allowed, in standard deviations.
-    const ALLOWED: f64 = 1.5 * 4.1;
-    /// Frames that are looked at, evenly over time: enough for such a range.
-    const FRAMES: usize = 200;
-    let range = |mut values: Vec<f64>| quantile(&mut values, 0.98) - quantile(&mut values, 0.02);
-    let along = |places: &[Vector3<f64>], axis: usize| range(places.iter().map(|place| place[axis]).collect());
-    let moves = |places: &[Vector3<f64>]| (0..3).any(|axis| along(places, axis) > ALLOWED * noise);
     match body.observation() {
         Observation::AtRest(_) => true,
-        Observation::Points { tracks, .. } => {
-            let frames = evenly(tracks.frames(), FRAMES);
-            let way = |feature| frames.iter().filter_map(|&t| Some(tracks.get(t, feature)?.coords)).collect();
-            let ways = (0..tracks.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());
-            let seen = (0..tracks.features()).filter(|&f| frames.iter().any(|&t| tracks.is_visible(t, f)));
-            // It rests unless more than half of its features move; more need not be looked at.
-            let half = seen.count() / 2;
-            ways.filter(|way| moves(way)).take(half + 1).count() <= half
-        }
+        Observation::Points { tracks, .. } => tracks.rest_but_for(noise),
         Observation::Poses(poses) => {
             let places: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
-            !moves(&places)
+            stay_but_for(&places, noise)
         }
     }
 }

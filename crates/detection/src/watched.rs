@@ -32,7 +32,7 @@ impl<'r> Watched<'r> {
         let of_points = matches!(body.observation(), Observation::Points { .. });
         notes.extend(depth_gain.filter(|_| of_points).and_then(|gain| undone(name, gain)));
         if of_points {
-            notes.extend(absurd_noise(&motion, settings.noise));
+            notes.extend(noise_too_small(&motion, settings.noise));
         }
         if settings.registration == Registration::Shape {
             notes.extend(not_rigid(&motion));
@@ -54,7 +54,8 @@ impl<'r> Watched<'r> {
                 100.0 * share
             )
         });
-        let doubt = doubt.or(few).or(restless);
+        let absurd = of_points.then(|| absurd_noise(&motion, settings.noise)).flatten();
+        let doubt = absurd.or(doubt).or(few).or(restless);
         Self { motion, depth_gain, notes, doubt }
     }
 }
@@ -80,6 +81,21 @@ fn absurd_noise(motion: &BodyMotion<'_>, setting: NoiseSetting) -> Option<String
         format!(
             "{}: `noise` under [motion] is {sigma} m, and the body itself measures {size:.3} m: everything is taken for \
              noise; it is metres per coordinate, and \"estimate\" finds it",
+            motion.name()
+        )
+    })
+}
+
+/// Says so if the noise that was set is less than what the features show from frame to frame.
+fn noise_too_small(motion: &BodyMotion<'_>, setting: NoiseSetting) -> Option<String> {
+    /// How many times less.
+    const LESS: f64 = 2.0;
+    let NoiseSetting::Known(sigma) = setting else { return None };
+    let shown = motion.deformation()?.noise / 3_f64.sqrt();
+    (shown > LESS * sigma).then(|| {
+        format!(
+            "{}: `noise` under [motion] is {sigma} m, and its features scatter by {shown:.5} m per coordinate: noise counts \
+             as motion; \"estimate\" finds it",
             motion.name()
         )
     })

@@ -318,8 +318,8 @@ impl<'r> BodyMotion<'r> {
         })
     }
 
-    /// Share of the tracked rotations that leave their surroundings, where it is so large that nobody knows which are
-    /// wrong, and none was replaced.
+    /// Share of the frames in which the tracked body's turning changes abruptly, even where wrong rotations were
+    /// replaced, if it is so large that nobody knows which are wrong.
     pub fn restless(&self) -> Option<f64> {
         self.tracked.as_ref()?.restless
     }

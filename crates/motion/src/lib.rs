@@ -63,7 +63,7 @@ pub use relative_motion::{Lengths, RelativeMotion, RelativeMotionError, Trajecto
 pub use scale::{linear_scales, scaled_pose};
 pub use selection::evenly;
 pub use settings::{DepthGainSetting, MotionSettings, NoiseSetting, Registration};
-pub use tracks::Tracks;
+pub use tracks::{Tracks, stay_but_for};
 
 pub use nalgebra;
 

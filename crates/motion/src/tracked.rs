@@ -16,8 +16,8 @@ const IN_NOISE: f64 = 8.0;
 const IN_QUARTILES: f64 = 6.0;
 /// Least departure of a rotation that counts as a flip, radians.
 const LEAST_FLIP: f64 = 0.052;
-/// Share of rotations that leave their surroundings from which flips are suspected where none could be told.
-const RESTLESS: f64 = 0.2;
+/// Share of the frames in which the turning changes abruptly from which flips are suspected that were not told.
+const RESTLESS: f64 = 0.1;
 /// Largest share of the frames that can be wrong; with more, nobody knows which.
 const MOST_POSITIONS: f64 = 0.4;
 const MOST_ROTATIONS: f64 = 0.4;
@@ -29,7 +29,7 @@ pub(crate) struct Mended {
     pub(crate) poses: Vec<Option<Pose>>,
     /// Whose rotation was replaced.
     pub(crate) replaced: Vec<bool>,
-    /// Share of the rotations that leave their surroundings, where it is so large that nobody knows which are wrong.
+    /// Share of the frames in which the turning changes abruptly, where it is so large that nobody knows which are wrong.
     pub(crate) restless: Option<f64>,
 }
 
@@ -77,10 +77,18 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
             }
         }
     }
-    let leaves = (IN_MEDIANS * quantile(&mut departures.clone(), 0.5)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
-    let restless = share(&departures.iter().map(|departure| *departure > leaves).collect::<Vec<_>>());
-    let mended = share(&replaced) > 0.0;
-    Mended { poses: cleaned, replaced, restless: (!mended && restless > RESTLESS).then_some(restless) }
+    let changes =
+        changes_of_turning(&kept.iter().filter_map(|&frame| Some(cleaned[frame]?.rotation)).collect::<Vec<_>>());
+    let abrupt = (IN_MEDIANS * quantile(&mut changes.clone(), 0.5)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
+    let restless = share(&changes.iter().map(|change| *change > abrupt).collect::<Vec<_>>());
+    Mended { poses: cleaned, replaced, restless: (restless > RESTLESS).then_some(restless) }
+}
+
+/// By how much every turn from a frame to the next differs from the one before, radians: steady turning has none, and a
+/// flip three large ones.
+fn changes_of_turning(rotations: &[UnitQuaternion<f64>]) -> Vec<f64> {
+    let steps: Vec<_> = rotations.windows(2).map(|pair| pair[0].inverse() * pair[1]).collect();
+    steps.windows(2).map(|pair| pair[0].angle_to(&pair[1])).collect()
 }
 
 fn share(flags: &[bool]) -> f64 {

@@ -1,8 +1,8 @@
 //! Positions of a body's features over frames.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
-use crate::MotionError;
+use crate::{MotionError, evenly, quantile};
 
 /// Largest coordinate, in metres, whose squares and fourth powers stay finite sums over any recording.
 const LARGEST_COORDINATE: f64 = 1e60;
@@ -104,6 +104,20 @@ impl Tracks {
         (0..self.frames()).all(|frame| self.seen(frame).all(|(feature, p)| places[feature].get_or_insert(p) == &p))
     }
 
+    /// Whether the features stay in their places but for noise, metres per coordinate: not more than half of them leave
+    /// it.
+    pub fn rest_but_for(&self, noise: f64) -> bool {
+        /// Frames that are looked at, evenly over time: enough for the range of a coordinate.
+        const FRAMES: usize = 200;
+        let frames = evenly(self.frames(), FRAMES);
+        let way = |feature| frames.iter().filter_map(|&t| Some(self.get(t, feature)?.coords)).collect();
+        let ways = (0..self.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());
+        let seen = (0..self.features()).filter(|&f| frames.iter().any(|&t| self.is_visible(t, f)));
+        // Once more than half move, others need not be looked at.
+        let half = seen.count() / 2;
+        ways.filter(|way| !stay_but_for(way, noise)).take(half + 1).count() <= half
+    }
+
     /// The first sample with a coordinate that is infinite or beyond measure, as (frame, feature, coordinate).
     pub(crate) fn first_unusable(&self) -> Option<(usize, usize, f64)> {
         let usable = |c: &f64| c.abs() <= LARGEST_COORDINATE;
@@ -111,6 +125,14 @@ impl Tracks {
         let value = self.positions[index].iter().copied().find(|c| !usable(c))?;
         Some((index / self.features, index % self.features, value))
     }
+}
+
+/// Whether places are one place but for noise, metres per coordinate.
+pub fn stay_but_for(places: &[Vector3<f64>], noise: f64) -> bool {
+    /// Range of noise from 2 to 98 %, and what is allowed, in standard deviations.
+    const ALLOWED: f64 = 1.5 * 4.1;
+    let range = |mut values: Vec<f64>| quantile(&mut values, 0.98) - quantile(&mut values, 0.02);
+    (0..3).all(|axis| range(places.iter().map(|place| place[axis]).collect()) <= ALLOWED * noise)
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, judge, starts, turn_about_z};
-use crate::{FitError, JointFit, JointModel, joint_model};
+use super::{Geometry, Mechanism, Mobility, Placement, far_hinge_cost, judge, starts, turn_about_z};
+use crate::{Evidence, FitError, JointFit, JointModel, joint_model};
 
 /// Cylindrical joint: rotation about a fixed axis and translation along it, independent of each other.
 ///
@@ -16,10 +16,23 @@ use crate::{FitError, JointFit, JointModel, joint_model};
 ///
 /// The path of a single point cannot tell it from other motions on a surface; such bodies are not judged.
 ///
-/// References: docs/method.md, "Mechanisms".
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// Joints lie near their bodies, and a far cylinder looks like a plane: where the body turns by less than `sweep`, that
+/// costs `-2 ln(θ/sweep)`; `θ` is that turn, and as much more as the body is larger than the axis is far.
+///
+/// References: docs/method.md, "Mechanisms" and "Joints lie near their bodies".
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Cylindrical {}
+pub struct Cylindrical {
+    /// Turn from which a cylinder is as likely as any, degrees.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub sweep: f64,
+}
+
+impl Default for Cylindrical {
+    fn default() -> Self {
+        Self { sweep: 30.0 }
+    }
+}
 
 joint_model!(Cylindrical, "cylindrical", "rotation about a fixed axis and translation along it");
 
@@ -52,7 +65,14 @@ impl Mechanism for Cylindrical {
 
 impl JointModel for Cylindrical {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
-        judge(self, motion)
+        let mut fit = judge(self, motion)?;
+        let part = |name| fit.parts.get(name).copied().unwrap_or(0.0);
+        if let (Some(evidence), Some(series)) = (fit.evidence, motion.pose_series()) {
+            let near = (series.radius() / part("radius").max(f64::MIN_POSITIVE)).max(1.0);
+            let far = far_hinge_cost(part("sweep") * near, self.sweep);
+            fit.evidence = Some(Evidence { prior_cost: evidence.prior_cost + far, ..evidence });
+        }
+        Ok(fit)
     }
 
     fn states_evidence(&self) -> bool {

@@ -74,6 +74,10 @@ pub fn judge(mechanism: &dyn Mechanism, motion: &RelativeMotion<'_>) -> Result<J
         .with_residual(residual_rms(series, fitted));
     let constants = mechanism.constant_names().iter().zip(&fitted.placement.constants);
     result.parts.extend(constants.map(|(name, value)| (*name, *value)));
+    if matches!(mechanism.geometry(&fitted.placement.constants), Geometry::Axis { .. }) {
+        let centre = (fitted.placement.joint.inverse() * fitted.placement.home).translation.vector;
+        result.parts.insert("radius", centre.x.hypot(centre.y));
+    }
     result.axis_in_moving = moving_axis;
     result.axis_uncertainty = uncertainty(mechanism, &judged, series, result.joint.axis.as_ref());
     result.evidence = Some(judged.evidence);

@@ -82,7 +82,9 @@ impl BodyMotion<'_> {
         let centre = self.centre();
         let count = posed.len().max(1) as f64;
         let mean = posed.iter().map(|(pose, _)| (**pose * centre).coords).sum::<Vector3<f64>>() / count;
-        let Some((middle, _)) = posed.get(posed.len() / 2) else { return true };
+        let Some((middle, _)) = posed.get(posed.len() / 2) else {
+            return self.tracks.rest_but_for(self.noise.position.unwrap_or(0.0));
+        };
         let departure = |(pose, noise): &(&Pose, &Matrix6<f64>)| {
             let shift = (**pose * centre).coords - mean;
             let turn = (pose.rotation * middle.rotation.inverse()).scaled_axis();
