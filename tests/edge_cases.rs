@@ -279,7 +279,7 @@ fn a_body_that_is_carried_around_without_turning_is_on_no_far_cylinder() {
         Pose::translation(radius * angle.cos(), radius * angle.sin(), 0.0)
     }
     let arcs: [Motion; 4] =
-        [|s| around(0.3, s), |s| around(0.1, s), |s| around(1.0, 0.5 * s), |s| around(0.3, 6.0 * s)];
+        [|s| around(0.3, s), |s| around(0.1, 3.0 * s), |s| around(1.0, 0.5 * s), |s| around(0.3, 6.0 * s)];
     for (arc, seed) in arcs.into_iter().zip(5..) {
         let coupler = body("coupler", &samples(&WALL, FRAMES, NOISE, seed, arc));
         let pair = detect(vec![wall(FRAMES), coupler]);
