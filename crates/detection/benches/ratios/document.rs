@@ -125,7 +125,8 @@ decomposition for registrations, with numpy for the thesis's scores, and between
 
 const EXPLANATION: &str = "\
 Workloads: W1 is 100 000 frames of 50 features of one body; W2 is one hinge, 437 frames of 40 features; W3 is 50 bodies,
-1225 pairs, 1000 frames of 40 features. Thesis scores are those of `configs/thesis.toml`, beside numpy with every frame
+1225 pairs, 1000 frames of 40 features; W4 is W2 with the second body seen at 1/0.94 of its scale; W5 is a hinge of 100 000
+frames of 100 features. Thesis scores are those of `configs/thesis.toml`, beside numpy with every frame
 registered to the first, as the script there does it. Peers are in `crates/detection/benches/peers`.
 
 `cargo bench -p jointscope-detection --bench workloads` measures the same workloads with criterion, for work on one of

@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 
-use jointscope_detection::{Configuration, Detector};
-use jointscope_models::Catalog;
+use jointscope_detection::Detector;
 use jointscope_motion::{BodyMotion, MotionSettings};
 use jointscope_scenes::{SceneOptions, simulate, workloads::kitchen};
 
@@ -11,13 +10,13 @@ use crate::alternation::{Contestant, FEW_ROUNDS, ROUNDS, alternate};
 use crate::document::Document;
 use crate::floor::beyond_caches;
 use crate::row::{Row, Wanted};
-use crate::thesis::{detect, numbers, threads};
+use crate::thesis::{detect, detector_of, numbers, threads};
 
 /// Pairs of W3 that are judged in a round: neighbours by name.
 const PAIRS: usize = 49;
 
 pub(crate) fn detector() -> Detector {
-    Detector::new(Configuration::parse("", &Catalog::linked().expect("unique names")).expect("valid"))
+    detector_of("")
 }
 
 pub(crate) fn measure(document: &mut Document) {

@@ -15,10 +15,12 @@ mod document;
 mod doublings;
 mod floor;
 mod likelihood;
+mod long;
 mod peer;
 mod program;
 mod registration;
 mod row;
+mod scale;
 #[path = "../peers/svd.rs"]
 mod svd;
 mod thesis;
@@ -30,9 +32,11 @@ use document::Document;
 /// A group of rows, by the name that selects it.
 type Group = (&'static str, fn(&mut Document));
 
-const GROUPS: [Group; 5] = [
+const GROUPS: [Group; 7] = [
     ("registration", registration::measure),
     ("thesis", thesis::measure),
+    ("scale", scale::measure),
+    ("long", long::measure),
     ("likelihood", likelihood::measure),
     ("program", program::measure),
     ("doublings", doublings::measure),

@@ -12,7 +12,7 @@ use crate::floor::beyond_caches;
 use crate::peer::{Peer, write_numbers};
 use crate::row::{Row, Wanted};
 
-const THESIS: &str = include_str!("../../../../configs/thesis.toml");
+pub(crate) const THESIS: &str = include_str!("../../../../configs/thesis.toml");
 /// By how much scores may differ.
 const SAME: f64 = 1e-9;
 /// Pairs that numpy judges in a round of W3.
@@ -24,8 +24,13 @@ pub(crate) fn detector(registered_to_first: bool) -> Detector {
     let text =
         if registered_to_first { THESIS.replace(printed, r#"registration = "first""#) } else { THESIS.to_owned() };
     assert_eq!(registered_to_first, !text.contains(printed), "configs/thesis.toml names its registration");
+    detector_of(&text)
+}
+
+/// A detector by a configuration.
+pub(crate) fn detector_of(text: &str) -> Detector {
     let catalog = Catalog::linked().expect("unique names");
-    Detector::new(Configuration::parse(&text, &catalog).expect("valid"))
+    Detector::new(Configuration::parse(text, &catalog).expect("valid"))
 }
 
 pub(crate) fn threads(count: usize) -> ThreadPool {
