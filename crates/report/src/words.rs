@@ -27,7 +27,12 @@ pub(crate) fn deed(pair: &PairDetection) -> String {
 
 /// The whole sentence: "door2 turns by 81.8 degrees on background".
 pub(crate) fn sentence(pair: &PairDetection) -> String {
-    let (reference, moving) = (&pair.reference, &pair.moving);
+    sentence_with(pair, String::clone)
+}
+
+/// The same, with bodies under names as there is room for them.
+pub(crate) fn sentence_with(pair: &PairDetection, name: impl Fn(&String) -> String) -> String {
+    let (reference, moving) = (name(&pair.reference), name(&pair.moving));
     match pair.kind() {
         JointKind::Rigid => format!("{moving} is fixed to {reference}"),
         JointKind::Disconnected => format!("{moving} is not connected to {reference}"),

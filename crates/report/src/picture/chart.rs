@@ -2,13 +2,16 @@
 
 use std::fmt::Write;
 
-use super::style::{FAINT, FONT, INK, RULE, escaped, pixel};
+use super::{
+    lettering::Lettering,
+    style::{FAINT, FONT, INK, RULE, escaped, pixel},
+};
 
 /// Pixels.
 pub(crate) const WIDTH: f64 = 340.0;
 pub(crate) const HEIGHT: f64 = 250.0;
-const LEFT: f64 = 52.0;
-const RIGHT: f64 = 14.0;
+pub(super) const LEFT: f64 = 52.0;
+pub(super) const RIGHT: f64 = 14.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 40.0;
 
@@ -135,9 +138,7 @@ impl Chart {
 
     /// A word above a place, which it does not leave the chart for.
     pub(crate) fn word(&mut self, [x, y]: [f64; 2], word: &str, colour: &str) {
-        // About the width of a letter.
-        const LETTER: f64 = 6.0;
-        let half = 0.5 * LETTER * word.chars().count() as f64;
+        let half = 0.5 * Lettering::of(10.5).width(word);
         let x = self.across.at(x).clamp(LEFT + half, (WIDTH - RIGHT - half).max(LEFT + half));
         let class = if colour == FAINT { "faint" } else { "ink" };
         let _ = write!(

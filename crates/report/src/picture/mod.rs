@@ -2,6 +2,7 @@
 
 mod chart;
 mod fit;
+mod lettering;
 mod models;
 pub(crate) mod pair;
 mod plane;
@@ -16,18 +17,25 @@ use jointscope_detection::{JointKind, PairDetection};
 use crate::{
     Report,
     pair_view::PairView,
-    words::{knowledge, sentence},
+    words::{knowledge, sentence_with},
 };
 use chart::document;
 pub(crate) use chart::{HEIGHT, WIDTH};
-use style::{FAINT, INK, escaped, icon, pixel, shortened};
+use lettering::Lettering;
+use style::{FAINT, INK, escaped, icon, pixel};
 
 /// Points of a chart in a picture.
 const POINTS: usize = 1500;
 /// Charts beside each other.
 const COLUMNS: usize = 3;
-/// Height of a heading, pixels.
-const HEAD: f64 = 62.0;
+/// Letters of a heading and of what is known, and how far their lines are apart, pixels.
+const HEADING: Lettering = Lettering::bold(14.0);
+const DETAIL: Lettering = Lettering::of(12.0);
+const LEADING: [f64; 2] = [18.0, 16.0];
+/// Width of a pictogram with the gap beside it, pixels.
+const ICON: f64 = 44.0;
+/// Share of a line that a name may take.
+const NAME: f64 = 0.62;
 /// Pairs that a summary names.
 const LISTED: usize = 7;
 
@@ -36,11 +44,12 @@ pub fn to_svg(report: &Report<'_>) -> String {
     let detection = report.detection;
     let [width, height] = [WIDTH * COLUMNS as f64, 440.0];
     let mut svg = scene::draw(report, [620.0, height]);
-    let mut y = 24.0;
+    let [x, mut y] = [644.0, 24.0];
     let order = in_order(report);
     for &pair in order.iter().take(LISTED) {
-        svg += &line(&detection.pairs[pair], [644.0, y], 40);
-        y += 54.0;
+        let (entry, below) = entry(&detection.pairs[pair], [x, y], width - x - 12.0);
+        svg += &entry;
+        y = below + 16.0;
     }
     if order.len() > LISTED {
         let _ = write!(
@@ -49,8 +58,9 @@ pub fn to_svg(report: &Report<'_>) -> String {
             pixel(y + 12.0),
             order.len() - LISTED
         );
+        y += 28.0;
     }
-    document([width, height], &svg)
+    document([width, height.max(y)], &svg)
 }
 
 /// The recording with the joints in it, and nothing else.
@@ -75,24 +85,39 @@ pub(crate) fn in_order(report: &Report<'_>) -> Vec<usize> {
     [tree, others].concat()
 }
 
-/// A line about a pair: pictogram, sentence, what is known.
-fn line(pair: &PairDetection, [x, y]: [f64; 2], most: usize) -> String {
+/// What is said of a pair within a width, and where it ends: pictogram, sentence, what is known.
+fn entry(pair: &PairDetection, [x, y]: [f64; 2], width: f64) -> (String, f64) {
+    let room = width - ICON;
     let doubt = if pair.determined { "" } else { " ?" };
-    let known = [format!("{}, confidence {:.2}", pair.verdict.joint, pair.verdict.confidence), knowledge(pair)];
-    let known = known.iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(", ");
-    format!(
-        "<g transform=\"translate({0} {1})\">{2}</g>\
-         <text class=\"ink\" x=\"{3}\" y=\"{4}\" font-size=\"14\" font-weight=\"600\" fill=\"{INK}\">{5}{doubt}</text>\
-         <text class=\"faint\" x=\"{3}\" y=\"{6}\" font-size=\"12\" fill=\"{FAINT}\">{7}</text>",
-        pixel(x),
-        pixel(y),
-        icon(pair.kind()),
-        pixel(x + 44.0),
-        pixel(y + 14.0),
-        escaped(&shortened(&sentence(pair), most)),
-        pixel(y + 31.0),
-        escaped(&shortened(&known, most + 16)),
-    )
+    let sentence = sentence_with(pair, |name| HEADING.fitted(name, NAME * room));
+    let joint = DETAIL.fitted(&pair.verdict.joint, NAME * room);
+    let known = [format!("{joint}, confidence {:.2}", pair.verdict.confidence), knowledge(pair)];
+    let parts: Vec<String> = known.into_iter().filter(|part| !part.is_empty()).collect();
+    let whole = parts.join(", ");
+    let known = if DETAIL.width(&whole) <= room { vec![whole] } else { parts };
+    let mut svg = format!("<g transform=\"translate({} {})\">{}</g>", pixel(x), pixel(y), icon(pair.kind()));
+    let [x, mut below] = [x + ICON, y - 4.0];
+    for line in HEADING.lines(&(sentence + doubt), room) {
+        below += LEADING[0];
+        let _ = write!(
+            svg,
+            "<text class=\"ink\" x=\"{}\" y=\"{}\" font-size=\"14\" font-weight=\"600\" fill=\"{INK}\">{}</text>",
+            pixel(x),
+            pixel(below),
+            escaped(&line)
+        );
+    }
+    for line in known.iter().flat_map(|part| DETAIL.lines(part, room)) {
+        below += LEADING[1];
+        let _ = write!(
+            svg,
+            "<text class=\"faint\" x=\"{}\" y=\"{}\" font-size=\"12\" fill=\"{FAINT}\">{}</text>",
+            pixel(x),
+            pixel(below),
+            escaped(&line)
+        );
+    }
+    (svg, below.max(y + 32.0))
 }
 
 fn of_pair(report: &Report<'_>, pair: &PairDetection, colours: &[&'static str]) -> String {
@@ -102,15 +127,17 @@ fn of_pair(report: &Report<'_>, pair: &PairDetection, colours: &[&'static str]) 
     let colour = detection.bodies.iter().position(|body| body == seen).map_or(INK, |body| colours[body]);
     let charts = pair::charts(pair, &view, report.recording, colour, POINTS);
     let rows = charts.len().div_ceil(COLUMNS);
-    let mut svg = line(pair, [14.0, 14.0], 110);
+    let width = WIDTH * COLUMNS as f64;
+    let (mut svg, below) = entry(pair, [14.0, 14.0], width - 28.0);
+    let head = below + 12.0;
     for (number, chart) in charts.iter().enumerate() {
         let (row, column) = (number / COLUMNS, number % COLUMNS);
         let _ = write!(
             svg,
             "<g transform=\"translate({} {})\">{chart}</g>",
             pixel(WIDTH * column as f64),
-            pixel(HEAD + HEIGHT * row as f64)
+            pixel(head + HEIGHT * row as f64)
         );
     }
-    document([WIDTH * COLUMNS as f64, HEAD + HEIGHT * rows as f64], &svg)
+    document([width, head + HEIGHT * rows as f64], &svg)
 }

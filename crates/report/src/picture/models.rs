@@ -6,12 +6,15 @@ use jointscope_detection::{ModelFinding, PairDetection};
 
 use super::{
     chart::{HEIGHT, WIDTH},
-    style::{AXIS, FAINT, INK, RULE, escaped, pixel, shortened},
+    lettering::Lettering,
+    style::{AXIS, FAINT, INK, RULE, escaped, pixel},
 };
 
 /// Where the columns of numbers end; their headings need this much between them.
 const EVIDENCE: f64 = RESIDUAL - 66.0;
 const RESIDUAL: f64 = WIDTH - 6.0;
+/// Where bars begin.
+const BAR: f64 = 104.0;
 
 /// Every joint with its confidence, and what its model found.
 pub(super) fn models(pair: &PairDetection) -> String {
@@ -40,12 +43,12 @@ pub(super) fn models(pair: &PairDetection) -> String {
         let _ = write!(
             svg,
             "<text class=\"ink\" x=\"14\" y=\"{0}\" font-size=\"11.500\" font-weight=\"{weight}\" fill=\"{INK}\">{1}</text>\
-             <rect class=\"rule-fill\" x=\"104\" y=\"{2}\" width=\"70\" height=\"9\" rx=\"4.500\" fill=\"{RULE}\"/>\
-             <rect class=\"{class}\" x=\"104\" y=\"{2}\" width=\"{3}\" height=\"9\" rx=\"4.500\" fill=\"{bar}\"/>\
+             <rect class=\"rule-fill\" x=\"{BAR}\" y=\"{2}\" width=\"70\" height=\"9\" rx=\"4.500\" fill=\"{RULE}\"/>\
+             <rect class=\"{class}\" x=\"{BAR}\" y=\"{2}\" width=\"{3}\" height=\"9\" rx=\"4.500\" fill=\"{bar}\"/>\
              <g class=\"faint\" font-size=\"10.500\" fill=\"{FAINT}\" text-anchor=\"end\"><text x=\"210\" y=\"{0}\">{4:.3}</text>\
              <text x=\"{5}\" y=\"{0}\">{evidence}</text><text x=\"{6}\" y=\"{0}\">{residual}</text></g>",
             pixel(y + 4.0),
-            escaped(&shortened(name, 13)),
+            escaped(&Lettering { size: 11.5, bold: chosen }.fitted(name, BAR - 18.0)),
             pixel(y - 4.5),
             pixel((70.0 * confidence).max(0.0)),
             confidence,

@@ -45,12 +45,6 @@ pub(crate) fn escaped(text: &str) -> String {
     safe
 }
 
-/// The text cut to so many characters.
-pub(crate) fn shortened(text: &str, most: usize) -> String {
-    let text = printable(text);
-    if text.chars().count() <= most { text } else { text.chars().take(most - 1).chain(['…']).collect() }
-}
-
 /// A coordinate of a picture, in pixels: one decimal, no negative zero.
 pub(crate) fn pixel(x: f64) -> String {
     let x = (x * 10.0).round() / 10.0 + 0.0;
@@ -148,7 +142,6 @@ mod tests {
     #[test]
     fn names_from_files_are_only_text() {
         assert_eq!(escaped("<script>\"&'\u{1}"), "&lt;script&gt;&quot;&amp;&#39;\\u{1}");
-        assert_eq!(shortened("a long name", 6), "a lon…");
         assert_eq!([-0.01, 12.34].map(pixel), ["0", "12.3"]);
     }
 }
