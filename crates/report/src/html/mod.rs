@@ -147,7 +147,7 @@ fn facts(pair: &PairDetection) -> Vec<[String; 2]> {
     }
     let fit = pair.models.get(&pair.verdict.joint).and_then(|finding| finding.as_ref().ok());
     if let Some(rms) = fit.and_then(|fit| fit.residual_rms) {
-        tell("residual", metres(rms));
+        tell("residual of the fit, rms", metres(rms));
     }
     for (name, noise) in [(&pair.reference, pair.noise_reference), (&pair.moving, pair.noise_moving)] {
         if let Some(noise) = noise.position.filter(|noise| *noise > 0.0) {

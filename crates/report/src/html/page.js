@@ -161,7 +161,9 @@
   // Bodies: a ball for every feature, rods between neighbours, the paths of a few.
   const point = new Vector3(), matrix = new Matrix4(), view = new Matrix4();
   const hidden = new Set();
-  const label = (text, colour) => {
+  const label = (name, colour) => {
+    // Long names would hide what they are names of.
+    const text = name.length > 30 ? `${name.slice(0, 16)}…${name.slice(-12)}` : name;
     const canvas = document.createElement("canvas");
     const pen = canvas.getContext("2d");
     const font = "600 34px system-ui, 'Segoe UI', Arial, sans-serif";
@@ -263,17 +265,23 @@
     if (joint.direction) {
       inner.add(upright(new THREE.Mesh(new THREE.CylinderGeometry(thin, thin, 2 * half, 16), solid())));
       if (joint.angle > 0) {
-        const angle = Math.min(2 * joint.angle, 0.7), wide = half * Math.tan(angle) + 2 * (joint.distance ?? 0);
-        const narrow = Math.max(2 * (joint.distance ?? 0), 1e-6);
+        // Where little is known, a cone as wide as that would hide the rest.
+        const most = Math.min(0.45 * half, 0.2 * data.size);
+        const known = half * Math.tan(Math.min(2 * joint.angle, 1.5)) + 2 * (joint.distance ?? 0);
+        const wide = Math.min(known, most), narrow = Math.min(Math.max(2 * (joint.distance ?? 0), 1e-6), most);
+        const opacity = known > most ? 0.07 : 0.16;
         for (const sign of [1, -1]) {
-          const cone = new THREE.Mesh(new THREE.CylinderGeometry(sign > 0 ? wide : narrow, sign > 0 ? narrow : wide, half, 40, 1, true), flat(0.16));
+          const cone = new THREE.Mesh(new THREE.CylinderGeometry(sign > 0 ? wide : narrow, sign > 0 ? narrow : wide, half, 40, 1, true), flat(opacity));
           upright(cone).position.z = sign * half / 2;
           inner.add(cone);
         }
       }
     } else {
-      const centre = new THREE.Mesh(new THREE.SphereGeometry(Math.max(4 * thin, 2 * (joint.distance ?? 0)), 24, 16), solid());
-      inner.add(centre);
+      inner.add(new THREE.Mesh(new THREE.SphereGeometry(4 * thin, 24, 16), solid()));
+      const known = 2 * (joint.distance ?? 0), most = 0.2 * data.size;
+      if (known > 4 * thin) {
+        inner.add(new THREE.Mesh(new THREE.SphereGeometry(Math.min(known, most), 24, 16), flat(known > most ? 0.07 : 0.16)));
+      }
     }
     const turning = ["revolute", "screw", "cylindrical", "planar"].includes(joint.kind);
     if (turning) {
@@ -429,7 +437,9 @@
     chip.setAttribute("aria-pressed", "true");
     const dot = document.createElement("i");
     dot.style.background = body.colour;
-    chip.append(dot, body.name);
+    const name = document.createElement("span");
+    name.textContent = chip.title = body.name;
+    chip.append(dot, name);
     chip.addEventListener("click", () => {
       hidden.has(index) ? hidden.delete(index) : hidden.add(index);
       chip.setAttribute("aria-pressed", String(!hidden.has(index)));
@@ -454,7 +464,18 @@
   new ResizeObserver(resize).observe(stage);
   resize();
   trails();
-  show(0);
+  // Bodies may come into sight later: the page opens where most are seen.
+  let opening = 0, most = 0;
+  for (let at = 0; at < frames; at += 1) {
+    if (!sighted(at)) continue;
+    const inSight = (body) => {
+      for (let feature = 0; feature < body.count; feature += 1) if (place(body, at, feature, point)) return true;
+      return false;
+    };
+    const count = data.bodies.filter(inSight).length;
+    if (count > most) { most = count; opening = at; }
+  }
+  show(opening);
 
   // ---- What a test asks: how many pixels of axes are drawn, and whether the slider moves the picture.
   const pixels = () => {

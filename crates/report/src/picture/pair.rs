@@ -118,10 +118,11 @@ fn positions(pair: &PairDetection, view: &PairView, clock: &Clock<'_>, colour: &
     charts
 }
 
-/// What the joint does not explain, frame by frame, over the noise.
+/// How far features are from where the joint puts them, frame by frame, over the noise. Features on ellipses do not move
+/// as one body does, so that no position of the joint puts them anywhere.
 fn residuals(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize) -> Option<String> {
     let all = &view.residuals;
-    if all.is_empty() {
+    if all.is_empty() || matches!(view.kind, JointKind::Elliptical { .. }) {
         return None;
     }
     let mut sorted: Vec<f64> = all.iter().map(|(_, residual)| 1e3 * residual).collect();
@@ -129,7 +130,7 @@ fn residuals(view: &PairView, clock: &Clock<'_>, colour: &str, most: usize) -> O
     let high = jointscope_motion::quantile(&mut sorted, 0.99) * 1.3;
     let expected = 1e3 * 3_f64.sqrt() * view.noise;
     let up = [0.0, high.max(1.25 * expected).max(1e-6)];
-    let mut chart = Chart::new("Residuals", clock.axis(), (up, "rms [mm]")).timed();
+    let mut chart = Chart::new("Features off the joint", clock.axis(), (up, "rms in a frame [mm]")).timed();
     chart.band([0.0, expected], "band", BAND);
     let chosen = jointscope_motion::evenly(all.len(), most.max(50));
     chart.dots(chosen.iter().map(|&k| [clock.at(all[k].0), 1e3 * all[k].1]), 1.2, colour, 0.8);
