@@ -1,6 +1,9 @@
 //! Several files as one recording.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
 
 use jointscope_motion::{Body, Observation, Recording, Tracks};
 use nalgebra::Point3;
@@ -11,6 +14,9 @@ use crate::RecordingError;
 const SAME: f64 = 0.5;
 
 /// Puts recordings of several files together: each gives its bodies.
+///
+/// Bodies of one name have the folders of their files before it, `a/door` and `b/door`, or the files where folders are the
+/// same.
 ///
 /// Frames are matched by their times, within half of the shortest of the files' median steps, if all files have times,
 /// and by their numbers if none has. Frames that a file lacks are without samples of its bodies. Matched by time, frames
@@ -44,20 +50,48 @@ pub fn join(recordings: Vec<(PathBuf, Recording)>) -> Result<Recording, Recordin
         );
         return Err(RecordingError::in_file(&first, problem));
     }
+    let told_apart = told_apart(&recordings);
     let mut bodies: Vec<Body> = Vec::new();
     for (source, (path, recording)) in recordings.into_iter().enumerate() {
         let rows: Vec<Option<usize>> = frames.iter().map(|frame| frame.sources[source]).collect();
         for body in recording.bodies() {
-            if bodies.iter().any(|other| other.name() == body.name()) {
-                let problem = format!("body `{}` is in another file too; rename one of them", body.name());
+            let name = told_apart.get(&(source, body.name().to_owned())).map_or(body.name(), String::as_str);
+            if bodies.iter().any(|other| other.name() == name) {
+                let problem = format!("body `{name}` is in another file too; rename one of them");
                 return Err(RecordingError::in_file(&path, problem));
             }
-            bodies.push(spread(body, &rows, &path)?);
+            bodies.push(spread(body, name, &rows, &path)?);
         }
     }
     let times = timed.then(|| frames.iter().map(|frame| frame.time).collect());
     let numbers = frames.iter().map(|frame| frame.number).collect();
     Recording::new(numbers, times, bodies).map_err(RecordingError::motion(&first))
+}
+
+/// Names of bodies that several files have, by file and name: with the files' folders, or with the files where the folders
+/// are the same; none where neither tells them apart.
+fn told_apart(recordings: &[(PathBuf, Recording)]) -> BTreeMap<(usize, String), String> {
+    let mut sources = BTreeMap::<&str, Vec<usize>>::new();
+    for (source, (_, recording)) in recordings.iter().enumerate() {
+        for body in recording.bodies() {
+            sources.entry(body.name()).or_default().push(source);
+        }
+    }
+    let folder = |source: &usize| recordings[*source].0.parent()?.file_name()?.to_str();
+    let file = |source: &usize| recordings[*source].0.file_stem()?.to_str();
+    let mut names = BTreeMap::new();
+    for (body, sources) in sources.into_iter().filter(|(_, sources)| sources.len() > 1) {
+        let all = |word: &dyn Fn(&usize) -> Option<String>| -> Option<Vec<String>> {
+            let words = sources.iter().map(word).collect::<Option<Vec<String>>>()?;
+            (words.iter().collect::<BTreeSet<_>>().len() == words.len()).then_some(words)
+        };
+        let words =
+            all(&|source| folder(source).map(str::to_owned)).or_else(|| all(&|source| file(source).map(str::to_owned)));
+        for (source, word) in sources.iter().zip(words.into_iter().flatten()) {
+            names.insert((*source, body.to_owned()), format!("{word}/{body}"));
+        }
+    }
+    names
 }
 
 /// A frame, and which of each file's frames it is.
@@ -107,8 +141,8 @@ fn by_time(recordings: &[(PathBuf, Recording)]) -> Vec<Frame> {
     frames
 }
 
-/// A body over other frames.
-fn spread(body: &Body, rows: &[Option<usize>], path: &Path) -> Result<Body, RecordingError> {
+/// A body over other frames, under a name.
+fn spread(body: &Body, name: &str, rows: &[Option<usize>], path: &Path) -> Result<Body, RecordingError> {
     let missing = Point3::from([f64::NAN; 3]);
     let spread = match body.observation() {
         Observation::Points { labels, tracks } => {
@@ -118,10 +152,10 @@ fn spread(body: &Body, rows: &[Option<usize>], path: &Path) -> Result<Body, Reco
                     .collect::<Vec<_>>()
             };
             Tracks::new(tracks.features(), rows.iter().flat_map(row).collect())
-                .and_then(|tracks| Body::from_points(body.name(), labels.clone(), tracks))
+                .and_then(|tracks| Body::from_points(name, labels.clone(), tracks))
         }
-        Observation::Poses(poses) => Body::from_poses(body.name(), rows.iter().map(|row| poses[(*row)?]).collect()),
-        Observation::AtRest(_) => Ok(Body::at_rest(body.name(), rows.len())),
+        Observation::Poses(poses) => Body::from_poses(name, rows.iter().map(|row| poses[(*row)?]).collect()),
+        Observation::AtRest(_) => Ok(Body::at_rest(name, rows.len())),
     };
     spread.map_err(RecordingError::motion(path))
 }
@@ -170,5 +204,16 @@ mod tests {
         assert!(apart.starts_with("a.log: no frame of the file is also in another one"), "{apart}");
         let twice = refused(vec![poses("a", vec![0, 1], None), poses("a", vec![0, 1], None)]);
         assert!(twice.starts_with("a.log: body `a` is in another file too"), "{twice}");
+    }
+
+    #[test]
+    fn bodies_of_one_name_have_their_folder_or_file_before_it() {
+        let names = |paths: [&str; 2]| {
+            let files = paths.map(|path| (path.into(), poses("001", vec![0, 1], None).1));
+            let joined = join(files.into()).expect("told apart");
+            joined.bodies().iter().map(|body| body.name().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(["runs/a/001.log", "runs/b/001.log"]), ["a/001", "b/001"]);
+        assert_eq!(names(["runs/x.csv", "runs/y.csv"]), ["x/001", "y/001"]);
     }
 }
