@@ -3,13 +3,17 @@
 use std::{
     fmt,
     io::{self, ErrorKind, IsTerminal, Write},
+    ops::Range,
     path::Path,
     process::ExitCode,
 };
 
 use jointscope_detection::SettingsError;
 use jointscope_report::printable;
-use miette::{Diagnostic, LabeledSpan, MietteHandlerOpts, NamedSource, Report, miette};
+use miette::{
+    Diagnostic, LabeledSpan, MietteError, MietteHandlerOpts, MietteSpanContents, NamedSource, Report, SourceCode,
+    SourceSpan, SpanContents, miette,
+};
 
 /// A failure, by whose fault it is.
 #[derive(Debug)]
@@ -44,7 +48,14 @@ impl Failure {
         let source = NamedSource::new(printable(&path.display().to_string()), text.to_owned());
         error.message = in_lines(&error.message);
         error.help = error.help.as_deref().map(in_lines);
-        Self::Usage(Report::new(InConfiguration { source, error }))
+        let (window, label) = match window(text, &error.span) {
+            Some(window) => {
+                error.span.end = error.span.end.min(window.end);
+                (Some(window), "here, in a line too long to be shown")
+            }
+            None => (None, "here"),
+        };
+        Self::Usage(Report::new(InConfiguration { source, error, window, label }))
     }
 
     /// A file or folder that could not be written.
@@ -99,11 +110,50 @@ fn in_lines(text: &str) -> String {
     text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
 }
 
+/// The part of a long line that is shown around a place in it; `None` where whole lines are.
+fn window(text: &str, span: &Range<usize>) -> Option<Range<usize>> {
+    /// Bytes of a line, of which whole ones are shown; and of a window before and behind the place's beginning.
+    const LONG: usize = 400;
+    const BEFORE: usize = 60;
+    const BEHIND: usize = 100;
+    let boundary = |at: usize| (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0);
+    let at = boundary(span.start);
+    let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+    let end = text[at..].find('\n').map_or(text.len(), |end| at + end);
+    let before = text[..start].trim_end_matches('\n').rfind('\n').map_or(0, |end| end + 1);
+    let behind = text.get(end + 1..).and_then(|rest| rest.find('\n')).map_or(text.len(), |length| end + 1 + length);
+    let long = end - start > LONG || start - before > LONG || behind - end > LONG;
+    let from = boundary(at.saturating_sub(BEFORE)).max(start);
+    let to = boundary(at + BEHIND).min(end);
+    long.then_some(from..to)
+}
+
 /// A configuration error with the text it is in.
 #[derive(Debug)]
 struct InConfiguration {
     source: NamedSource<String>,
     error: SettingsError,
+    /// What of the text is shown, where lines are too long.
+    window: Option<Range<usize>>,
+    label: &'static str,
+}
+
+impl SourceCode for InConfiguration {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        before: usize,
+        behind: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        // Without lines about it, only the place is asked for.
+        let Some(window) = self.window.clone().filter(|_| before + behind > 0) else {
+            return self.source.read_span(span, before, behind);
+        };
+        let shown = self.source.read_span(&(window.start, window.len()).into(), 0, 0)?;
+        let name = shown.name().unwrap_or_default().to_owned();
+        let (line, column, lines) = (shown.line(), shown.column(), shown.line_count());
+        Ok(Box::new(MietteSpanContents::new_named(name, shown.data(), *shown.span(), line, column, lines)))
+    }
 }
 
 impl fmt::Display for InConfiguration {
@@ -120,10 +170,10 @@ impl Diagnostic for InConfiguration {
     }
 
     fn source_code(&self) -> Option<&dyn miette::SourceCode> {
-        Some(&self.source)
+        Some(self)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        Some(Box::new([LabeledSpan::new_with_span(Some("here".into()), self.error.span.clone())].into_iter()))
+        Some(Box::new([LabeledSpan::new_with_span(Some(self.label.into()), self.error.span.clone())].into_iter()))
     }
 }
