@@ -152,6 +152,7 @@ impl Configuration {
         root.get("recording").map_or(Ok(()), check_pairs)?;
         let mut recording: RecordingSettings = table(&mut root, "recording")?;
         check_recording(&recording, &spans)?;
+        root.get("motion").map_or(Ok(()), check_motion)?;
         let motion = table(&mut root, "motion")?;
         let scale_spans = key_spans(root.get("scale"));
         let scale: ScaleSettings = table(&mut root, "scale")?;
@@ -176,9 +177,44 @@ impl Configuration {
     }
 }
 
-/// Refuses pairs of less or more than two names.
+/// Refuses true and false where a word or a number says more.
+fn check_motion(motion: &Value<'_>) -> Result<(), SettingsError> {
+    let allowed = [
+        ("noise", "\"estimate\", or a number of metres"),
+        ("depth_gain", "\"none\", \"estimate\", or a number"),
+        ("play", "\"none\", a share such as \"0.7 %\", a number of metres, or a table"),
+    ];
+    for (key, allowed) in allowed {
+        let value = motion.as_ref().as_table().and_then(|table| table.get(key));
+        if let Some((value, switch)) = value.and_then(|value| Some((value, value.as_ref().as_bool()?))) {
+            let message = format!("`{key}`: expected a word or a number, found {switch}");
+            return Err(SettingsError::at(value.span(), message).help(format!("allowed: {allowed}")));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses pairs of less or more than two names or of one body, and pairs that are there twice.
 fn check_pairs(recording: &Value<'_>) -> Result<(), SettingsError> {
     let pairs = recording.as_ref().as_table().and_then(|table| table.get("pairs")?.as_ref().as_array());
+    let names = |pair: &Value<'_>| {
+        let [reference, moving] = pair.as_ref().as_array()?.get(..)? else { return None };
+        Some([reference.as_ref().as_str()?.to_owned(), moving.as_ref().as_str()?.to_owned()])
+    };
+    let mut before = Vec::new();
+    for (pair, [reference, moving]) in pairs.into_iter().flatten().filter_map(|pair| Some((pair, names(pair)?))) {
+        if reference == moving {
+            let message = format!("the pair [`{reference}`, `{moving}`] names one body twice");
+            let place = pair.as_ref().as_array().map_or(pair.span(), |names| names[0].span());
+            return Err(SettingsError::at(place, message).help("name two bodies, the reference first"));
+        }
+        let named = [reference, moving];
+        if before.contains(&named) {
+            let message = format!("the pair [`{}`, `{}`] is there twice", named[0], named[1]);
+            return Err(SettingsError::at(pair.span(), message).help("take one of them out"));
+        }
+        before.push(named);
+    }
     let mut sizes = pairs.into_iter().flatten().filter_map(|pair| Some((pair, pair.as_ref().as_array()?.len())));
     match sizes.find(|(_, names)| *names != 2) {
         Some((pair, names)) => {
@@ -240,13 +276,34 @@ fn check_recording(settings: &RecordingSettings, spans: &[(String, Range<usize>)
     Ok(())
 }
 
-/// Refuses a grid that ends before it begins, and models that know no standard error.
+/// Refuses a grid that ends before it begins or never seems to end, settings of another search than the one chosen, and
+/// models that know no standard error.
 fn check_scale(
     settings: &ScaleSettings,
     models: &[NamedModel],
     spans: &[(String, Range<usize>)],
 ) -> Result<(), SettingsError> {
+    /// Scales that every model can be asked about in a time that anyone waits for.
+    const MOST: usize = 10_000;
     let place = |key: &str| spans.iter().find(|(name, _)| name == key).map_or(0..0, |(_, span)| span.clone());
+    let chosen = settings.search;
+    let of_another = |key: &str| {
+        let another = [ScaleSearch::Grid, ScaleSearch::ClosedForm].into_iter().find(|one| one.keys().contains(&key));
+        another.filter(|another| *another != chosen)
+    };
+    if let Some((key, span, other)) = spans.iter().find_map(|(key, span)| Some((key, span, of_another(key)?))) {
+        let (other, chosen) = (other.word(), chosen.word());
+        let message = format!("`{key}` is for the search \"{other}\", but the search is \"{chosen}\"");
+        let help = format!("take `{key}` out, or write search = \"{other}\" under [scale]");
+        return Err(SettingsError::at(span.clone(), message).help(help));
+    }
+    let scales = if chosen == ScaleSearch::Grid { settings.factors().len() } else { 0 };
+    if scales > MOST {
+        let message = format!("the grid has {scales} scales, more than {MOST}");
+        let key = ["step", "to", "from"].into_iter().find(|key| spans.iter().any(|(name, _)| name == key));
+        let help = "write a larger `step`, or bring `from` and `to` nearer to each other";
+        return Err(SettingsError::at(place(key.unwrap_or("")), message).help(help));
+    }
     if settings.search == ScaleSearch::Grid && settings.to < settings.from {
         let message = format!("`to`: {} is less than `from`, {}", settings.to, settings.from);
         return Err(SettingsError::at(place("to"), message).help("for example: from = 0.5, to = 1.5"));
@@ -433,6 +490,33 @@ mod tests {
                 "[recording]\npairs = [['a', 'b'], ['a', 'b', 'c']]",
                 "`pairs`: a pair has two names, found 3",
                 "['a', 'b', 'c']",
+            ),
+            ("[recording]\npairs = [['a', 'a']]", "the pair [`a`, `a`] names one body twice", "'a'"),
+            (
+                "[recording]\npairs = [['a', 'b'], ['b', 'a'], ['a', 'b']]",
+                "the pair [`a`, `b`] is there twice",
+                "['a', 'b']",
+            ),
+            ("[motion]\ndepth_gain = true", "`depth_gain`: expected a word or a number, found true", "true"),
+            (
+                "[scale]\nsearch = 'grid'\nspread = 0.3",
+                "`spread` is for the search \"closed-form\", but the search is \"grid\"",
+                "0.3",
+            ),
+            (
+                "[scale]\nsearch = 'closed-form'\nfrom = 0.3",
+                "`from` is for the search \"grid\", but the search is \"closed-form\"",
+                "0.3",
+            ),
+            (
+                "[scale]\nbody = 'reference'",
+                "`body` is for the search \"grid\", but the search is \"none\"",
+                "'reference'",
+            ),
+            (
+                "[scale]\nsearch = 'grid'\nfrom = 0.05\nto = 20\nstep = 0.0001",
+                "the grid has 199501 scales, more than 10000",
+                "0.0001",
             ),
             ("[recording]\nseed = 1.5", "`seed`: expected a whole number, found the number 1.5", "1.5"),
             ("[models]\nrigid = 1", "the model `rigid` must be a table of its settings", "1"),

@@ -1,5 +1,7 @@
 //! Configurations to start from, with every key, its default, its range and what it does.
 
+use std::fmt::Write;
+
 use jointscope_models::{
     Catalog, JointModelPlugin,
     settings::{Setting, describe},
@@ -7,6 +9,7 @@ use jointscope_models::{
 use jointscope_scoring::{RuleKind, ScoringSettings};
 
 use crate::{
+    ScaleSettings,
     configuration::DEFAULT_MODELS,
     schema::{Table, tables},
 };
@@ -83,6 +86,10 @@ pub fn text(profile: &Profile, catalog: &Catalog) -> String {
             text += &scoring_text(table, of("scoring"));
             continue;
         }
+        if table.name == "scale" {
+            text += &scale_text(table, of("scale"));
+            continue;
+        }
         let Table { name, schema, mut defaults } = table;
         let known = describe(&schema, &defaults);
         let changed = of(name).into_iter().filter(|(key, _)| known.iter().any(|setting| setting.key == *key));
@@ -126,17 +133,28 @@ fn catalog_place(name: &str) -> (usize, String) {
     (place, name.to_owned())
 }
 
-/// The rule's own keys, and those of other rules as comments: they would be refused.
-fn scoring_text(table: Table, changed: toml::Table) -> String {
-    let Table { name, schema, mut defaults } = table;
-    defaults.extend(changed);
-    let rule = defaults.clone().try_into::<ScoringSettings>().map_or(RuleKind::Likelihood, |settings| settings.rule);
-    let settings = describe(&schema, &defaults);
+fn scoring_text(mut table: Table, changed: toml::Table) -> String {
+    table.defaults.extend(changed);
+    let chosen = table.defaults.clone().try_into::<ScoringSettings>();
+    let rule = chosen.map_or(RuleKind::Likelihood, |settings| settings.rule);
+    chosen_text(&table, "rule", rule.keys(), "rules")
+}
+
+fn scale_text(mut table: Table, changed: toml::Table) -> String {
+    table.defaults.extend(changed);
+    let search = table.defaults.clone().try_into::<ScaleSettings>().unwrap_or_default().search;
+    chosen_text(&table, "search", search.keys(), "searches")
+}
+
+/// A key that chooses, with the keys of what is chosen, and those of others as comments: they would be refused.
+fn chosen_text(table: &Table, key: &str, keys: &[&str], others_are: &str) -> String {
+    let Table { name, schema, defaults } = table;
+    let settings = describe(schema, defaults);
     let (own, others): (Vec<Setting>, Vec<Setting>) =
-        settings.into_iter().partition(|setting| setting.key == "rule" || rule.keys().contains(&setting.key.as_str()));
+        settings.into_iter().partition(|setting| setting.key == key || keys.contains(&setting.key.as_str()));
     let mut text = heading(name, schema.get("description").and_then(|text| text.as_str()).unwrap_or_default());
     text += &lines(name, &own);
-    text += "\n# For the other rules:\n";
+    let _ = write!(text, "\n# For the other {others_are}:\n");
     text.extend(
         others
             .into_iter()

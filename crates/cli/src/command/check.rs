@@ -9,7 +9,7 @@ use jointscope_report::printable;
 use jointscope_scenes::names;
 
 use super::{
-    run::{ConfigurationFile, advise, read_configuration, word},
+    run::{ConfigurationFile, advise, check_output, read_configuration, word},
     unknown_scene,
 };
 use crate::{failure::Failure, output};
@@ -25,6 +25,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (file, configuration) = read_configuration(&arguments.config)?;
     let recording = recording(&configuration, &file)?;
+    check_output(&configuration.output, &file)?;
     advise(&configuration, &file);
     let models: Vec<String> = configuration.models.iter().map(|model| printable(&model.name)).collect();
     output::print(&format!(

@@ -90,8 +90,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         None => default_configuration()?,
     };
+    check_output(&configuration.output, &file)?;
     if !arguments.quiet {
         advise(&configuration, &file);
+        if arguments.out.is_none() {
+            advise_on_files(&configuration.output, &file);
+        }
     }
     let settings = std::mem::take(&mut configuration.recording);
     let recording = with_world(obtain(&settings, arguments, &file)?, &settings, &file)?;
@@ -107,11 +111,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let threads = usize::from(arguments.threads);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::usage)?;
     let wanted = configuration.output.clone();
-    if wanted.mcap && cfg!(not(feature = "mcap")) {
-        let place = place::of_word(&file.text, "output", "mcap", "");
-        let error = SettingsError::at(place, "this program was built without the feature `mcap`");
-        return Err(file.failure(error.help("build it with `--features mcap`, or take `mcap` out")));
-    }
     let detector = Detector::new(configuration);
     detector.check_base(&recording).map_err(|error| refused(&error, &file))?;
     let mut detection = pool
@@ -205,6 +204,27 @@ pub(super) fn advise(configuration: &Configuration, file: &ConfigurationFile<'_>
              to change that, add [models.disconnected] with kind = \"free\"",
         );
     }
+}
+
+/// A remark on files that are asked for, where nothing says in which folder.
+fn advise_on_files(wanted: &OutputSettings, file: &ConfigurationFile<'_>) {
+    let OutputSettings { base: _, html, svg, urdf, mjcf, mcap } = wanted;
+    let switches = [("html", html), ("svg", svg), ("urdf", urdf), ("mjcf", mjcf), ("mcap", mcap)];
+    let asked: Vec<String> = switches.iter().filter(|(_, on)| **on).map(|(key, _)| format!("`{key}`")).collect();
+    if !asked.is_empty() {
+        let text = format!("[output] asks for {}, which is written only with --out DIR", asked.join(", "));
+        output::remark(file.path, &text);
+    }
+}
+
+/// Refuses files that this program cannot write.
+pub(super) fn check_output(wanted: &OutputSettings, file: &ConfigurationFile<'_>) -> Result<(), Failure> {
+    if wanted.mcap && cfg!(not(feature = "mcap")) {
+        let place = place::of_word(&file.text, "output", "mcap", "");
+        let error = SettingsError::at(place, "this program was built without the feature `mcap`");
+        return Err(file.failure(error.help("build it with `--features mcap`, or take `mcap` out")));
+    }
+    Ok(())
 }
 
 /// Reads and checks a configuration.

@@ -172,6 +172,44 @@ fn a_comparison_without_free_motion_is_remarked_on_and_done() {
 }
 
 #[test]
+fn files_that_are_asked_for_without_a_folder_are_remarked_on() {
+    let place = Place::with(door());
+    place.write("c.toml", "[output]\nhtml = true\nurdf = true\n");
+    let outcome = place.run(&RUN);
+    let said = "c.toml: [output] asks for `html`, `urdf`, which is written only with --out DIR";
+    assert!(outcome.code == Some(0) && outcome.stderr.starts_with(said), "{outcome:?}");
+    place.done(&[&RUN[..], &["--out", "results"]].concat());
+}
+
+#[test]
+fn a_long_line_is_shown_around_what_is_wrong_in_it() {
+    let place = Place::with(door());
+    let long = "0 * revolute + ".repeat(100);
+    place.write("c.toml", format!("[scoring]\nrule = 'expressions'\nexpressions.revolute = '{long}`bäd` + {long}0'\n"));
+    let outcome = place.run(&["check", "--config", "c.toml"]);
+    assert_eq!(outcome.code, Some(2), "{outcome:?}");
+    assert!(
+        outcome.stderr.contains("[c.toml:3:1525]") && outcome.stderr.contains("revolute + `bäd` + 0"),
+        "{outcome:?}"
+    );
+    assert!(outcome.stderr.lines().all(|line| line.chars().count() < 250), "{outcome:?}");
+}
+
+#[test]
+fn a_check_refuses_what_a_run_refuses() {
+    let place = Place::with(door());
+    for (configuration, message) in [
+        ("[recording]\npairs = [['wall', 'wall']]", "names one body twice"),
+        ("[recording]\npairs = [['wall', 'door'], ['wall', 'door']]", "is there twice"),
+        ("[scale]\nsearch = 'grid'\nfrom = 0.05\nto = 20\nstep = 0.0001", "more than 10000"),
+    ] {
+        place.write("c.toml", configuration);
+        place.refused(&["check", "--config", "c.toml"], USAGE, &[message]);
+        place.refused(&RUN, USAGE, &[message]);
+    }
+}
+
+#[test]
 fn a_noise_larger_than_the_body_is_remarked_on() {
     let place = Place::with(door());
     let notes_with = |noise: &str| {

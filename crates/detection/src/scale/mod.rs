@@ -34,6 +34,26 @@ pub enum ScaleSearch {
     ClosedForm,
 }
 
+impl ScaleSearch {
+    /// The keys of `[scale]` that this search has, beside `search`.
+    pub fn keys(self) -> &'static [&'static str] {
+        match self {
+            Self::None => &[],
+            Self::Grid => &["body", "from", "to", "step"],
+            Self::ClosedForm => &["spread"],
+        }
+    }
+
+    /// Its word in a configuration.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Grid => "grid",
+            Self::ClosedForm => "closed-form",
+        }
+    }
+}
+
 /// Which body of a pair the grid multiplies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
