@@ -206,6 +206,21 @@ fn suggested_bodies_agree_with_the_known_ones() {
 }
 
 #[test]
+fn what_rests_beside_a_bending_knee_is_together_and_nothing_of_the_leg_is_in_it() {
+    let Some(folder) = real::folder() else { return };
+    let markers = read_markers(&folder.join("biobuddy/right_knee.c3d"), &ReadOptions::default()).expect("sound");
+    let suggestion = suggest(&markers);
+    let names: Vec<&str> = suggestion.together.iter().map(|&marker| markers.markers[marker].name.as_str()).collect();
+    for at_rest in ["LPSIS", "RPSIS", "LLEG1", "C7", "RARM2"] {
+        assert!(names.contains(&at_rest), "{at_rest} is not in {names:?}");
+    }
+    for of_the_leg in ["RTHI1", "RLEG1", "RCAL", "RTT2", "RLFE"] {
+        assert!(!names.contains(&of_the_leg), "{of_the_leg} is in {names:?}");
+    }
+    assert!(suggestion.together.iter().all(|marker| suggestion.ambiguous.contains(marker)));
+}
+
+#[test]
 fn converted_recordings_hold_the_same_samples() {
     let Some(folder) = real::folder() else { return };
     let place = tempfile::tempdir().expect("a temporary folder");

@@ -286,7 +286,7 @@ fn without_body(alone: &[usize], ambiguous: &[usize], markers: &Markers) -> Opti
     Some(if ambiguous.is_empty() {
         note
     } else {
-        format!("{note}; fixed to more than one: {}", list(&names(ambiguous)))
+        format!("{note}; keeping their distances to more than one body: {}", list(&names(ambiguous)))
     })
 }
 

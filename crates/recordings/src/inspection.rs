@@ -37,6 +37,8 @@ pub struct Inspection {
     pub bodies_from: &'static str,
     /// Markers that keep their distances to several bodies, and are in none.
     pub ambiguous: Vec<String>,
+    /// Of these, the most that keep their distances to each other, and may be one body.
+    pub together: Vec<String>,
     /// Further markers that are in no body.
     pub alone: Vec<String>,
     /// What is odd about the file.
@@ -79,9 +81,9 @@ pub struct Group {
 pub fn inspect(markers: &Markers, path: &Path, suggested: bool) -> Inspection {
     let mut notes = markers.notes.clone();
     let told = if suggested { None } else { own(markers, path, &mut notes).ok() };
-    let (bodies_from, mut bodies, ambiguous): (_, Vec<Group>, _) = if let Some(groups) = told {
+    let (bodies_from, mut bodies, ambiguous, together): (_, Vec<Group>, _, _) = if let Some(groups) = told {
         let bodies = groups.iter().map(|(name, members)| group(name, members, markers, &mut notes));
-        ("file", bodies.collect(), Vec::new())
+        ("file", bodies.collect(), Vec::new(), Vec::new())
     } else {
         let suggestion = suggest(markers);
         let bodies = suggestion.bodies.into_iter().map(|body| {
@@ -89,7 +91,7 @@ pub fn inspect(markers: &Markers, path: &Path, suggested: bool) -> Inspection {
             (group.variation, group.residual) = (Some(body.variation), Some(body.residual));
             group
         });
-        ("distances", bodies.collect(), suggestion.ambiguous)
+        ("distances", bodies.collect(), suggestion.ambiguous, suggestion.together)
     };
     if bodies_from == "distances" {
         bodies.extend(
@@ -109,7 +111,8 @@ pub fn inspect(markers: &Markers, path: &Path, suggested: bool) -> Inspection {
     let poses = markers.poses.iter();
     let poses =
         poses.map(|(name, poses)| presence(name, Some(name.clone()), poses.iter().map(Option::is_some))).collect();
-    let ambiguous: Vec<String> = ambiguous.into_iter().map(|marker| markers.markers[marker].name.clone()).collect();
+    let names = |of: Vec<usize>| of.into_iter().map(|marker| markers.markers[marker].name.clone()).collect::<Vec<_>>();
+    let (ambiguous, together) = (names(ambiguous), names(together));
     let alone = presences.iter().filter(|marker| marker.body.is_none() && !ambiguous.contains(&marker.name));
     let times = markers.times.as_deref().unwrap_or_default();
     let duration = times.last().zip(times.first()).map(|(last, first)| last - first);
@@ -133,6 +136,7 @@ pub fn inspect(markers: &Markers, path: &Path, suggested: bool) -> Inspection {
         bodies,
         bodies_from,
         ambiguous,
+        together,
         notes,
     }
 }

@@ -62,6 +62,9 @@ pub struct Suggestion {
     pub bodies: Vec<SuggestedBody>,
     /// Markers that keep their distances to more than one body, such as one on a hinge's axis.
     pub ambiguous: Vec<usize>,
+    /// Of these, the most that keep their distances to each other: one body, such as all that rests beside what moves;
+    /// none if they are fewer than three.
+    pub together: Vec<usize>,
 }
 
 /// Markers that keep their distances to each other.
@@ -98,7 +101,20 @@ pub fn suggest(markers: &Markers) -> Suggestion {
     });
     let mut bodies: Vec<SuggestedBody> = suggested.collect();
     name(&mut bodies, markers);
-    Suggestion { bodies, ambiguous }
+    let together = together(&ambiguous, &pairs, markers);
+    Suggestion { bodies, ambiguous, together }
+}
+
+/// The largest group of markers that is as rigid as a body must be.
+fn together(among: &[usize], pairs: &Pairs, markers: &Markers) -> Vec<usize> {
+    let groups = linkage::groups(among.len(), |a, b| pairs.height(among[a], among[b]));
+    let rigid = groups.iter().filter(|group| group.markers.len() >= LEAST_MARKERS && group.height <= TALLEST);
+    let largest = rigid.max_by_key(|group| group.markers.len());
+    let body = largest.map(|group| group.markers.iter().map(|&marker| among[marker]).collect::<Vec<_>>());
+    let found = body.and_then(|body| registered(&body, markers));
+    let sound =
+        found.filter(|(body, residual)| body.len() >= LEAST_MARKERS && *residual <= TALLEST * pairs.unit_of(body));
+    sound.map(|(body, _)| body).unwrap_or_default()
 }
 
 /// How rigid a body is.

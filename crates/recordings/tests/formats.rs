@@ -241,7 +241,7 @@ fn one_note_tells_of_suggested_bodies_which_markers_are_in_none() {
     assert_eq!(suggested(&names[..9]), ["marker `pin` keeps its distances to more than one body, and is left out"]);
     assert_eq!(
         suggested(&names),
-        ["2 markers are in no body, and left out: `pin`, `fly`; fixed to more than one: `pin`"]
+        ["2 markers are in no body, and left out: `pin`, `fly`; keeping their distances to more than one body: `pin`"]
     );
 }
 

@@ -121,9 +121,13 @@ fn table(inspection: &Inspection) -> String {
         };
         let _ = write!(text, "\nBodies, {from}:\n\n{}", trimmed(&table));
     }
-    for (names, what) in
-        [(&inspection.ambiguous, "In no body, as fixed to more than one"), (&inspection.alone, "In no body")]
-    {
+    for (names, what) in [
+        (
+            &inspection.ambiguous,
+            "In no body, as they keep their distances to more than one (too little moves between them to tell)",
+        ),
+        (&inspection.alone, "In no body"),
+    ] {
         if !names.is_empty() {
             let _ = write!(text, "\n{what}: {}\n", printable(&names.join(", ")));
         }
@@ -184,6 +188,12 @@ fn configuration(inspection: &Inspection, path: &Path, options: &ReadOptions) ->
     if inspection.bodies.is_empty() {
         text +=
             "# No markers were found to belong together. Name those of each body:\n# door = [\"D1\", \"D2\", \"D3\"]\n";
+    }
+    if !inspection.together.is_empty() {
+        let markers: Vec<String> = inspection.together.iter().map(|marker| quoted(marker)).collect();
+        text += "# These keep their distances to each other, and to more than one body: if they are all at rest, they are one, the\n\
+                 # base.\n";
+        let _ = writeln!(text, "# base = [{}]", markers.join(", "));
     }
     for body in bodies.into_iter().chain(poses) {
         let markers = match &body.pattern {
