@@ -70,7 +70,7 @@ impl JointModel for GearCoupled {
     }
 
     fn parts(&self) -> &'static [&'static str] {
-        &["distance", "misfit_distance", "misfit_angle", "sweep", "departure", "chi_squared_per_freedom"]
+        &["distance", "misfit_distance", "misfit_angle", "sweep", "departure", "chi_squared_per_freedom", "radius"]
     }
 }
 
