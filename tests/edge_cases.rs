@@ -288,6 +288,35 @@ fn a_body_that_is_carried_around_without_turning_is_on_no_far_cylinder() {
 }
 
 #[test]
+fn a_noise_that_is_clearly_too_small_is_remarked_on() {
+    let recording = simulate("revolute", &SceneOptions::default()).expect("a scene").recording;
+    for (noise, remarked) in [("0.0003", true), ("0.003", false), ("'estimate'", false)] {
+        let detection =
+            detector(&format!("[motion]\nnoise = {noise}")).detect(recording.clone(), None).expect("bodies");
+        let said = notes(&detection.pairs[0]);
+        assert_eq!(said.contains("its features scatter by 0.00"), remarked, "{noise}: {said}");
+    }
+}
+
+#[test]
+fn turns_between_the_frames_that_starts_are_tried_on_are_not_lost() {
+    /// Turns over the recording: half of one and more between two of 64 frames of 200.
+    const TURNS: f64 = 45.0;
+    let bolt: Motion = |s| {
+        let turn = std::f64::consts::TAU * TURNS * s;
+        Pose::translation(0.5, 0.2, 2.0 + 0.004 * turn)
+            * Pose::rotation(Vector3::z() * turn)
+            * Pose::translation(-0.5, -0.2, -2.0)
+    };
+    let pair = detect(vec![wall(200), body("bolt", &samples(&WALL, 200, NOISE, 3, bolt))]);
+    assert_eq!((pair.verdict.joint.as_str(), pair.determined), ("screw", true), "{}", notes(&pair));
+    let pitch = pair.axis.and_then(|axis| axis.pitch).expect("a pitch");
+    assert!((pitch.abs() - 0.004).abs() < 1e-5, "{pitch} m per radian");
+    let turned = pair.positions.and_then(|positions| positions.ranges()).expect("positions")[0];
+    assert!((turned[1] - turned[0] - std::f64::consts::TAU * TURNS).abs() < ANGLE, "{turned:?}");
+}
+
+#[test]
 fn orientations_that_flip_often_determine_no_wrong_joint() {
     for (scene, joint) in [("revolute", "revolute"), ("turntable", "revolute"), ("prismatic", "prismatic")] {
         for seed in 1..7 {

@@ -210,7 +210,7 @@ fn the_door_of_the_fridge_is_elliptical_before_or_after_hinges() {
 }
 
 #[test]
-#[ignore = "prints the table of docs/method.md"]
+#[ignore = "prints the table of docs/method.md: cargo test --release -p jointscope-tests --test elliptical what_noise_allows -- --ignored --nocapture"]
 fn what_noise_allows() {
     for (noise, sweep_deg, frames) in [
         (0.01, 90.0, 50),
@@ -259,7 +259,7 @@ fn trammels_are_found_and_nothing_else_is_called_one() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release -p jointscope-tests --test elliptical -- --ignored --nocapture"]
+#[ignore = "takes minutes: cargo test --release -p jointscope-tests --test elliptical over_many_seeds -- --ignored --nocapture"]
 fn over_many_seeds_trammels_are_found_and_nothing_else_is_called_one() {
     let found = trammels("elliptical", 200);
     eprintln!("{found} of 200 trammels");

@@ -105,6 +105,8 @@ fn a_scale_is_told_where_it_shows_and_is_no_number_where_it_does_not() {
             let scale = pair.scale.as_ref().expect("sought");
             assert_eq!(scale.observable, shows, "{name} {seed}: {} {scale:?}", pair.verdict.joint);
             assert_eq!((scale.factor.is_some(), scale.standard_error.is_some()), (shows, shows), "{name} {seed}");
+            let note = if shows { "agrees with" } else { "the scale between the bodies does not show" };
+            assert!(pair.notes.iter().any(|told| told.contains(note)), "{name} {seed}: {:?}", pair.notes);
             if !joint.is_empty() {
                 assert_eq!(pair.verdict.joint, joint, "{name} {seed}: {scale:?} {:?}", pair.notes);
             }
@@ -148,6 +150,7 @@ fn the_grid_scores_as_separate_detections_of_multiplied_recordings() {
         let found = &detect(&format!("{THESIS}{GRID}"), recording.clone())[0];
         let curve = found.scale.as_ref().and_then(|scale| scale.curve.as_ref()).expect("a curve");
         assert_eq!(curve.factors.len(), 6);
+        assert!(found.scale.as_ref().is_some_and(|scale| scale.standard_error.is_none()), "a score has no error");
         for (number, factor) in curve.factors.iter().enumerate() {
             let apart = &detect(THESIS, multiplied(&recording, *factor))[0];
             let scores: BTreeMap<_, _> = apart

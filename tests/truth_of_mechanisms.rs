@@ -395,8 +395,7 @@ fn noise_and_misfit_are_told_truly_whatever_the_samples_are_like() {
 }
 
 #[test]
-// Run it by `cargo test -p jointscope-tests --test truth_of_mechanisms -- --ignored`.
-#[ignore = "chi squared of planes is 5.2 percent too large where 30 % of 8 features are missing"]
+#[ignore = "chi squared of planes is 5.2 percent too large where 30 % of 8 features are missing: cargo test -p jointscope-tests --test truth_of_mechanisms -- --ignored"]
 fn misfit_is_told_truly_where_some_frames_show_few_features() {
     // Frames are then known unevenly, and none is wrong for being known badly.
     let options = SceneOptions { dropout: Some(0.3), features: Some(8), ..options(0, NOISE) };

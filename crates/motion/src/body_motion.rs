@@ -1,5 +1,6 @@
 //! The motion of one body: its pose in every frame, its shape, its noise.
 
+mod rest;
 mod scaled;
 
 use std::borrow::Cow;

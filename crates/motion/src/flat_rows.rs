@@ -103,13 +103,8 @@ impl<'p, I: Iterator<Item = (usize, &'p Pose)>, F: FnMut(usize, &[Vector3<f64>])
         let Self { tracks, poses, shape, mut look } = self;
         let features = tracks.features();
         let length = padded::<S>(features);
-        // Every coordinate of a feature three times over, so that it meets each of the three in a frame.
-        let places = [0, 1, 2].map(|axis| {
-            let place = |place: &Option<Point3<f64>>| [place.map_or(0.0, |place| place[axis]); 3];
-            let mut row: Vec<f64> = shape.iter().flat_map(place).collect();
-            row.resize(length, 0.0);
-            row
-        });
+        let known = |place: &Option<Point3<f64>>| place.map_or_else(Vector3::zeros, |place| place.coords);
+        let places = expanded::<S>(&shape.iter().map(known).collect::<Vec<_>>());
         let places = [0, 1, 2].map(|axis| S::as_simd_f64s(&places[axis]).0);
         let mut residuals = vec![0.0; length];
         for (number, pose) in poses {
@@ -128,19 +123,33 @@ impl<'p, I: Iterator<Item = (usize, &'p Pose)>, F: FnMut(usize, &[Vector3<f64>])
     }
 }
 
+/// For each axis, that coordinate of every place three times over, so that it meets each of the place's three coordinates in
+/// a frame; with zeros to whole triples of registers.
+pub(crate) fn expanded<S: Simd>(places: &[Vector3<f64>]) -> [Vec<f64>; 3] {
+    [0, 1, 2].map(|axis| {
+        let mut row: Vec<f64> = places.iter().flat_map(|place| [place[axis]; 3]).collect();
+        row.resize(padded::<S>(places.len()), 0.0);
+        row
+    })
+}
+
 /// Numbers of a row that fills whole triples of registers.
 fn padded<S: Simd>(features: usize) -> usize {
     (3 * features).next_multiple_of(3 * S::F64_LANES)
 }
 
+/// Which lanes of a triple's first register hold the coordinate 0, and which 1.
+#[inline(always)]
+pub(crate) fn first_holds<S: Simd>(simd: S) -> [S::m64s; 2] {
+    const COORDINATES: [f64; WIDEST] = [0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0];
+    let coordinate = simd.partial_load_f64s(&COORDINATES[..S::F64_LANES.min(WIDEST)]);
+    [simd.equal_f64s(coordinate, simd.splat_f64s(0.0)), simd.equal_f64s(coordinate, simd.splat_f64s(1.0))]
+}
+
 /// The three registers of a triple in which every lane holds that of three numbers which belongs to its coordinate.
 #[inline(always)]
 fn by_coordinate<S: Simd>(simd: S, numbers: [f64; 3]) -> [S::f64s; 3] {
-    /// Coordinate of every lane of the first register.
-    const COORDINATES: [f64; WIDEST] = [0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0];
-    let coordinate = simd.partial_load_f64s(&COORDINATES[..S::F64_LANES.min(WIDEST)]);
-    let is_0 = simd.equal_f64s(coordinate, simd.splat_f64s(0.0));
-    let is_1 = simd.equal_f64s(coordinate, simd.splat_f64s(1.0));
+    let [is_0, is_1] = first_holds(simd);
     let of = [simd.splat_f64s(numbers[0]), simd.splat_f64s(numbers[1]), simd.splat_f64s(numbers[2])];
     let mut registers = of;
     for k in 0..3 {
@@ -194,6 +203,9 @@ mod tests {
 
     use super::*;
 
+    /// Rounding of sums of a few numbers of the size of 1, metres.
+    const EXACT: f64 = 1e-12;
+
     fn wild(seed: usize) -> f64 {
         (seed as f64 * 12.9898).sin().mul_add(43_758.545_3, 0.5).rem_euclid(1.0) * 2.0 - 1.0
     }
@@ -231,15 +243,15 @@ mod tests {
                             expected += pose.inverse_transform_point(position).coords * weight;
                         }
                     }
-                    assert!((total - expected_total).abs() < 1e-12);
-                    assert!((sum - expected).norm() < 1e-12, "{sum} {expected}");
+                    assert!((total - expected_total).abs() < EXACT);
+                    assert!((sum - expected).norm() < EXACT, "{sum} {expected}");
                 }
             }
             let mut looked = 0;
             for_residuals(&tracks, poses.iter().enumerate(), &shape, |frame, residuals| {
                 for (feature, position) in tracks.seen(frame) {
                     let Some(place) = shape[feature] else { continue };
-                    assert!((residuals[feature] - (position - poses[frame] * place)).norm() < 1e-12);
+                    assert!((residuals[feature] - (position - poses[frame] * place)).norm() < EXACT);
                     looked += 1;
                 }
             });

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::flat_rows::for_residuals;
+use crate::poses::posed;
 use crate::{Pose, Tracks, quantile};
 
 /// Standard deviation of a sample's coordinate across and along the viewing ray, metres.
@@ -137,8 +138,7 @@ pub(crate) fn lag_one(
     let mut before = (None, vec![Vector3::zeros(); shape.len()]);
     let (mut product, mut squares) = (0.0, 0.0);
     let counts = |frame, feature| tracks.is_visible(frame, feature) && counts(frame, feature);
-    let posed = poses.iter().enumerate().filter_map(|(frame, pose)| Some((frame, pose.as_ref()?)));
-    for_residuals(tracks, posed, shape, |frame, now| {
+    for_residuals(tracks, posed(poses), shape, |frame, now| {
         let (last, before) = (before.0.replace(frame), &mut before.1);
         if last.is_some_and(|last| last + 1 == frame) && !tracks.repeats_previous(frame) {
             for (feature, (before, now)) in before.iter().zip(now).enumerate() {
@@ -206,8 +206,7 @@ fn efficient(robust: f64, lengths: &[f64]) -> f64 {
 
 /// The posed frames that are observations of their own: an exact repetition of the frame before says nothing new.
 pub(crate) fn fresh<'p>(tracks: &Tracks, poses: &'p [Option<Pose>]) -> impl Iterator<Item = (usize, &'p Pose)> {
-    let repeats = |frame| tracks.repeats_previous(frame) && poses[frame - 1].is_some();
-    poses.iter().enumerate().filter_map(move |(frame, pose)| Some((frame, pose.as_ref().filter(|_| !repeats(frame))?)))
+    posed(poses).filter(|&(frame, _)| !(tracks.repeats_previous(frame) && poses[frame - 1].is_some()))
 }
 
 /// Noise of features that cannot be registered, metres: the root mean square of each one's own estimate.

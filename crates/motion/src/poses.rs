@@ -11,6 +11,11 @@ const SHAPE_CONVERGED: f64 = 1e-11;
 /// Positions of the features in the body's coordinates, metres, where known.
 pub(crate) type Shape = Vec<Option<Point3<f64>>>;
 
+/// The frames that have a pose.
+pub(crate) fn posed(poses: &[Option<Pose>]) -> impl Iterator<Item = (usize, &Pose)> {
+    poses.iter().enumerate().filter_map(|(frame, pose)| Some((frame, pose.as_ref()?)))
+}
+
 /// Registers a frame to the known positions of features in the body's coordinates.
 fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Pose, RegistrationError> {
     register(tracks.seen(frame).filter_map(|(feature, target)| Some((shape[feature].as_ref()?, target))))

@@ -10,6 +10,7 @@ use bytemuck::cast_slice;
 use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::flat_rows::{expanded, first_holds};
 use crate::registration::register_weighted;
 use crate::{Pose, Tracks};
 
@@ -103,7 +104,7 @@ impl WithSimd for Frames<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { shape, tracks, weights, poses } = self;
-        let places = Places::of(shape, 3 * S::F64_LANES);
+        let places = Places::of::<S>(shape);
         let mut row = vec![0.0; places.expanded[0].len()];
         for (number, poses) in poses.chunks_mut(BLOCK).enumerate() {
             let none = [0.0; BLOCK];
@@ -133,8 +134,7 @@ struct Places {
     /// Of every feature about the centre; 0 where unknown.
     about_centre: Vec<Vector3<f64>>,
     known: Vec<bool>,
-    /// For each axis, that coordinate of every feature three times over, so that it meets each of the feature's three
-    /// coordinates in a frame; with zeros to whole registers.
+    /// As a frame's row meets them.
     expanded: [Vec<f64>; 3],
     /// Their sum, zero but for rounding.
     sum: Vector3<f64>,
@@ -145,17 +145,13 @@ struct Places {
 }
 
 impl Places {
-    fn of(shape: &[Option<Point3<f64>>], multiple: usize) -> Self {
+    fn of<S: Simd>(shape: &[Option<Point3<f64>>]) -> Self {
         let known: Vec<bool> = shape.iter().map(Option::is_some).collect();
         let count = known.iter().filter(|known| **known).count();
         let centre = shape.iter().flatten().map(|p| p.coords).sum::<Vector3<f64>>() / count.max(1) as f64;
         let about_centre: Vec<_> =
             shape.iter().map(|place| place.map_or_else(Vector3::zeros, |place| place.coords - centre)).collect();
-        let expanded = [0, 1, 2].map(|axis| {
-            let mut row: Vec<f64> = about_centre.iter().flat_map(|place| [place[axis]; 3]).collect();
-            row.resize(row.len().next_multiple_of(multiple), 0.0);
-            row
-        });
+        let expanded = expanded::<S>(&about_centre);
         Self {
             centre,
             sum: about_centre.iter().sum(),
@@ -171,8 +167,7 @@ impl Places {
 
 /// Sums one frame into a lane.
 ///
-/// A frame is read as the flat row of numbers that it is. Three registers hold whole features, and lane `i` of the
-/// register `k` of such a triple always holds the coordinate `(k·lanes + i) mod 3`.
+/// A frame is read as the flat row of numbers that it is, as in `flat_rows`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "the inner part of one loop")]
 fn add_frame<S: Simd>(
@@ -258,11 +253,7 @@ fn add_frame<S: Simd>(
 /// Sums of the lanes of three registers that hold the same coordinate; each lane holds each coordinate once in them.
 #[inline(always)]
 fn sums_by_coordinate<S: Simd>(simd: S, [a, b, c]: [S::f64s; 3]) -> [f64; 3] {
-    /// Coordinate of every lane of the first register.
-    const COORDINATES: [f64; BLOCK] = [0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0];
-    let of_first = simd.partial_load_f64s(&COORDINATES[..S::F64_LANES.min(BLOCK)]);
-    let is_0 = simd.equal_f64s(of_first, simd.splat_f64s(0.0));
-    let is_1 = simd.equal_f64s(of_first, simd.splat_f64s(1.0));
+    let [is_0, is_1] = first_holds(simd);
     // The register that follows holds, in the same lane, the coordinate that is `lanes mod 3` on.
     let (next, last) = if S::F64_LANES % 3 == 1 { (b, c) } else { (c, b) };
     // By the coordinate that the first register holds, the register with coordinate 0, 1 or 2.

@@ -21,7 +21,9 @@ impl Clone for Roots {
 }
 
 impl PoseSeries {
-    /// A root of the information of every pose: `Aᵀ A = N⁻¹` with the covariance `N` of its noise.
+    /// A root of the information of every pose: `Aᵀ A = N⁻¹` with the covariance `N` of its noise, a twist `[ω; v]` in
+    /// the moving body's coordinates about its centre; it takes radians and metres to standard deviations. Zero where a
+    /// covariance is not positive definite.
     pub fn whitening(&self) -> &[Matrix6<f64>] {
         self.roots.of_noise.get_or_init(|| self.whitening_with([0.0; 2]))
     }

@@ -54,10 +54,6 @@ fn explanation(plugin: &JointModelPlugin) -> String {
     let parts = plugin.default_model().parts();
     if !parts.is_empty() {
         text.extend([format!("Parts, for expressions such as NAME.{}: {}.\n", parts[0], parts.join(", "))]);
-        if kind_of_evidence(plugin) == "evidence" {
-            text += "Not every fit has all of them: bend is of slides, radius of turns, leap_share of bodies that show a single \
-                     point; free motion has none.\n";
-        }
     }
     let settings = settings::describe(&schema, &plugin.default_settings());
     if settings.is_empty() {

@@ -210,18 +210,20 @@ fn a_check_refuses_what_a_run_refuses() {
 }
 
 #[test]
-fn a_noise_larger_than_the_body_is_remarked_on() {
+fn a_noise_larger_than_the_body_decides_nothing() {
     let place = Place::with(door());
-    let notes_with = |noise: &str| {
+    let told_with = |noise: &str| {
         place.write("c.toml", format!("[motion]\nnoise = {noise}"));
-        notes(&json(&place.done(&RUN_JSON)))
+        let result = json(&place.done(&RUN_JSON));
+        (notes(&result), result["pairs"][0]["determined"].as_bool())
     };
-    let said = notes_with("3");
+    let (said, determined) = told_with("3");
+    assert_eq!(determined, Some(false), "{said}");
     for body in ["wall", "door"] {
         let note = format!("{body}: `noise` under [motion] is 3 m, and the body itself measures 0.");
         assert!(said.contains(&note), "{said}");
     }
-    assert!(!notes_with("0.003").contains("the body itself measures"));
+    assert!(!told_with("0.003").0.contains("`noise` under [motion]"));
 }
 
 #[test]

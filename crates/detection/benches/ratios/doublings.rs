@@ -7,14 +7,14 @@ use jointscope_scenes::workloads::{hinge, kitchen};
 use crate::alternation::{Contestant, FEW_ROUNDS, alternate};
 use crate::document::{Document, Doubling};
 use crate::floor::beyond_caches;
-use crate::thesis::{detect, detector, threads};
+use crate::thesis::{detect, detector_of, thesis, threads};
 
 /// Bodies that make twice as many pairs each time, nearly: 10, 21, 45.
 const BODIES: [usize; 3] = [5, 7, 10];
 
 pub(crate) fn measure(document: &mut Document) {
-    let thesis = detector(false);
-    let likelihood = crate::likelihood::detector();
+    let thesis = detector_of(&thesis(false));
+    let likelihood = detector_of("");
     for (name, detector) in [("thesis", &thesis), ("likelihood", &likelihood)] {
         let of_one = |frames, features| hinge(frames, features, 1002).expect("a workload").recording;
         let frames = [250, 500, 1000, 2000].map(|frames| (format!("{frames} frames"), of_one(frames, 20)));

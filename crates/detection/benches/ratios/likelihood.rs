@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use jointscope_detection::Detector;
 use jointscope_motion::{BodyMotion, MotionSettings};
 use jointscope_scenes::{SceneOptions, simulate, workloads::kitchen};
 
@@ -15,17 +14,13 @@ use crate::thesis::{detect, detector_of, numbers, threads};
 /// Pairs of W3 that are judged in a round: neighbours by name.
 const PAIRS: usize = 49;
 
-pub(crate) fn detector() -> Detector {
-    detector_of("")
-}
-
 pub(crate) fn measure(document: &mut Document) {
     one_pair(document);
     all_pairs(document);
 }
 
 fn one_pair(document: &mut Document) {
-    let (detector, pool, settings) = (detector(), threads(1), MotionSettings::default());
+    let (detector, pool, settings) = (detector_of(""), threads(1), MotionSettings::default());
     let scenes = ["rigid", "revolute", "planar", "disconnected"].map(|joint| {
         let options = SceneOptions { seed: 1008, ..SceneOptions::default() };
         (joint, simulate(joint, &options).expect("a scene").recording)
@@ -74,7 +69,7 @@ fn one_pair(document: &mut Document) {
 
 fn all_pairs(document: &mut Document) {
     let recording = kitchen(50, 1000, 40, 1003).expect("a workload").recording;
-    let detector = detector();
+    let detector = detector_of("");
     let names: Vec<&str> = recording.bodies().iter().map(jointscope_motion::Body::name).collect();
     let pairs: Vec<[String; 2]> =
         names.windows(2).take(PAIRS).map(|pair| [pair[0].to_owned(), pair[1].to_owned()]).collect();

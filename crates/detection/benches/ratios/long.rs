@@ -5,7 +5,7 @@ use jointscope_scenes::workloads::hinge;
 use crate::alternation::{Contestant, FEW_ROUNDS, Spread, alternate};
 use crate::document::Document;
 use crate::row::{Row, Wanted};
-use crate::thesis::{detect, detector, numbers, threads};
+use crate::thesis::{detect, detector_of, numbers, thesis, threads};
 
 /// The most memory that this process had since [`forget_peak`], and what it has now, bytes; only Linux tells.
 fn memory(field: &str) -> Option<f64> {
@@ -21,7 +21,7 @@ fn forget_peak() -> Option<()> {
 /// W5: 100 000 frames; as many features as one body may have samples for.
 pub(crate) fn measure(document: &mut Document) {
     let recording = hinge(100_000, 100, 1005).expect("a workload").recording;
-    let (detector, pool) = (detector(true), threads(1));
+    let (detector, pool) = (detector_of(&thesis(true)), threads(1));
     let peak = forget_peak().and_then(|()| {
         let before = memory("VmRSS:")?;
         drop(detect(&detector, &pool, &recording));

@@ -1,6 +1,6 @@
 //! S6: the search for a scale, beside one detection.
 
-use jointscope_detection::{Detection, Detector};
+use jointscope_detection::Detection;
 use jointscope_motion::Recording;
 use jointscope_scenes::workloads::hinge;
 
@@ -8,7 +8,7 @@ use crate::alternation::{Contestant, FEW_ROUNDS, alternate};
 use crate::document::Document;
 use crate::floor::beyond_caches;
 use crate::row::{Row, Wanted};
-use crate::thesis::{THESIS, detect, detector_of, threads};
+use crate::thesis::{detect, detector_of, thesis, threads};
 
 /// What a single camera makes of the second body, and by how much the factor found may be off: of the closed form, and
 /// of the thesis's scores, which are level over some steps of the grid.
@@ -31,11 +31,11 @@ fn fault(found: &Detection, tolerance: f64) -> Option<String> {
 
 pub(crate) fn measure(document: &mut Document) {
     let (recording, pool, floor) = (recording(), threads(1), beyond_caches());
-    let first = THESIS.replace(r#"registration = "chained""#, r#"registration = "first""#);
+    let thesis = thesis(true);
     let with = |text: &str, search: &str| detector_of(&format!("{text}\n[scale]\nsearch = \"{search}\"\n"));
     let compared: [(&str, &str, f64, f64, &str); 2] = [
         (
-            &first,
+            &thesis,
             "grid",
             60.0,
             BY_THE_GRID,
@@ -44,7 +44,7 @@ pub(crate) fn measure(document: &mut Document) {
         ("", "closed-form", 10.0, EXACTLY, "every model's fit is repeated at some hundred scales"),
     ];
     for (text, search, most, tolerance, bound) in compared {
-        let (once, searching): (Detector, Detector) = (with(text, "none"), with(text, search));
+        let (once, searching) = (with(text, "none"), with(text, search));
         let fault = fault(&detect(&searching, &pool, &recording), tolerance);
         let contestants = vec![
             Contestant::repeated("once", 1, || drop(detect(&once, &pool, &recording))),

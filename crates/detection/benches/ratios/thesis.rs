@@ -12,19 +12,19 @@ use crate::floor::beyond_caches;
 use crate::peer::{Peer, write_numbers};
 use crate::row::{Row, Wanted};
 
-pub(crate) const THESIS: &str = include_str!("../../../../configs/thesis.toml");
+const THESIS: &str = include_str!("../../../../configs/thesis.toml");
 /// By how much scores may differ.
 const SAME: f64 = 1e-9;
 /// Pairs that numpy judges in a round of W3.
 const PAIRS_OF_NUMPY: usize = 4;
 
-/// A detector by the thesis, as it is printed or with every frame registered to the first.
-pub(crate) fn detector(registered_to_first: bool) -> Detector {
+/// The configuration of the thesis, as it is printed or with every frame registered to the first.
+pub(crate) fn thesis(registered_to_first: bool) -> String {
     let printed = r#"registration = "chained""#;
     let text =
         if registered_to_first { THESIS.replace(printed, r#"registration = "first""#) } else { THESIS.to_owned() };
     assert_eq!(registered_to_first, !text.contains(printed), "configs/thesis.toml names its registration");
-    detector_of(&text)
+    text
 }
 
 /// A detector by a configuration.
@@ -82,7 +82,7 @@ pub(crate) fn measure(document: &mut Document) {
 
 fn one_pair(document: &mut Document) {
     let recording = hinge(437, 40, 1002).expect("a workload").recording;
-    let (detector, printed, pool) = (detector(true), self::detector(false), threads(1));
+    let (detector, printed, pool) = (detector_of(&thesis(true)), detector_of(&thesis(false)), threads(1));
     let floor = beyond_caches();
     let ours = confidences(&detect(&detector, &pool, &recording).pairs[0]);
     let mut contestants = vec![
@@ -120,7 +120,7 @@ fn one_pair(document: &mut Document) {
 
 fn all_pairs(document: &mut Document) {
     let recording = kitchen(50, 1000, 40, 1003).expect("a workload").recording;
-    let detector = detector(true);
+    let detector = detector_of(&thesis(true));
     let [one, two] = [1, 2].map(threads);
     let pairs = recording.bodies().len() * (recording.bodies().len() - 1) / 2;
     let floor = numbers(&recording);

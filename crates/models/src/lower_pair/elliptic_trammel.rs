@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, PARTS, Placement, judge, starts, turn_about_z};
+use super::{Geometry, Mechanism, Mobility, Placement, judge, misfit_and, starts, turn_about_z};
 use crate::{Evidence, FitError, JointFit, JointModel, joint_model};
 
 /// Elliptic trammel (Cardan motion): two points of one body, the bar, slide along two lines of the other, the frame, that
@@ -141,16 +141,7 @@ impl JointModel for EllipticTrammel {
     }
 
     fn parts(&self) -> &'static [&'static str] {
-        const ALL: [&str; PARTS.len() + 2] = {
-            let mut all = ["crank"; PARTS.len() + 2];
-            let mut k = 0;
-            while k < PARTS.len() {
-                all[k] = PARTS[k];
-                k += 1;
-            }
-            all[PARTS.len()] = "bar";
-            all
-        };
+        const ALL: [&str; 8] = misfit_and(&["radius", "crank", "bar"]);
         &ALL
     }
 }

@@ -66,4 +66,9 @@ impl JointModel for Free {
     fn states_evidence(&self) -> bool {
         true
     }
+
+    /// Those of the path of a single point; of poses nothing is left to measure.
+    fn parts(&self) -> &'static [&'static str] {
+        &["misfit_distance", "departure", "chi_squared_per_freedom", "leap_share"]
+    }
 }

@@ -79,17 +79,23 @@ use std::fmt::Debug;
 use jointscope_motion::{Pose, PoseSeries, twist::Twist};
 use nalgebra::{Vector2, Vector3};
 
-/// Names of the parts of fits: of [`judge`], and of the paths of single points.
-pub const PARTS: [&str; 8] = [
-    "misfit_distance",
-    "misfit_angle",
-    "sweep",
-    "departure",
-    "chi_squared_per_freedom",
-    "leap_share",
-    "bend",
-    "radius",
-];
+/// Parts of every fit of a mechanism.
+const MISFIT: [&str; 5] = ["misfit_distance", "misfit_angle", "sweep", "departure", "chi_squared_per_freedom"];
+
+/// Names of the parts that [`judge`] gives: `radius` where the mechanism has an axis, the others always.
+pub const PARTS: [&str; 6] = misfit_and(&["radius"]);
+
+/// The parts of every fit of a mechanism, and further ones.
+const fn misfit_and<const ALL: usize>(further: &[&'static str]) -> [&'static str; ALL] {
+    assert!(ALL == MISFIT.len() + further.len(), "as many as there are");
+    let mut all = [""; ALL];
+    let mut k = 0;
+    while k < ALL {
+        all[k] = if k < MISFIT.len() { MISFIT[k] } else { further[k - MISFIT.len()] };
+        k += 1;
+    }
+    all
+}
 
 /// What of a joint's coordinates has a meaning; the joint's z axis is its axis or normal.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, Revolute, judge, starts};
+use super::{Geometry, Mechanism, Mobility, Placement, Revolute, judge, misfit_and, starts};
 use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Prismatic joint: translation along a line that is fixed in both bodies, without any turn.
@@ -84,5 +84,10 @@ impl JointModel for Prismatic {
 
     fn states_evidence(&self) -> bool {
         true
+    }
+
+    fn parts(&self) -> &'static [&'static str] {
+        const ALL: [&str; 7] = misfit_and(&["leap_share", "bend"]);
+        &ALL
     }
 }

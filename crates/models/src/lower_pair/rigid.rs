@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, judge, starts};
+use super::{Geometry, Mechanism, Mobility, Placement, judge, misfit_and, starts};
 use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Rigid connection: one body keeps its place on the other.
@@ -56,5 +56,10 @@ impl JointModel for Rigid {
 
     fn states_evidence(&self) -> bool {
         true
+    }
+
+    fn parts(&self) -> &'static [&'static str] {
+        const ALL: [&str; 6] = misfit_and(&["leap_share"]);
+        &ALL
     }
 }

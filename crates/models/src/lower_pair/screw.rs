@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, judge, starts, turn_about_z};
+use super::{Geometry, Mechanism, Mobility, Placement, judge, misfit_and, starts, turn_about_z};
 use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Screw joint: rotation about a fixed axis with a proportional translation along it.
@@ -94,5 +94,10 @@ impl JointModel for Screw {
 
     fn states_evidence(&self) -> bool {
         true
+    }
+
+    fn parts(&self) -> &'static [&'static str] {
+        const ALL: [&str; 7] = misfit_and(&["leap_share", "radius"]);
+        &ALL
     }
 }

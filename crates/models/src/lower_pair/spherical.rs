@@ -8,7 +8,7 @@ use nalgebra::{Point3, UnitQuaternion, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, judge, judge::far_hinge_cost, misfit, starts};
+use super::{Geometry, Mechanism, Mobility, Placement, judge, judge::far_hinge_cost, misfit, misfit_and, starts};
 use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Spherical joint: any rotation about a point that is fixed in both bodies.
@@ -99,5 +99,10 @@ impl JointModel for Spherical {
 
     fn states_evidence(&self) -> bool {
         true
+    }
+
+    fn parts(&self) -> &'static [&'static str] {
+        const ALL: [&str; 7] = misfit_and(&["leap_share", "radius"]);
+        &ALL
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, judge, starts};
+use super::{Geometry, Mechanism, Mobility, Placement, judge, misfit_and, starts};
 use crate::{FitError, JointFit, JointModel, joint_model};
 
 /// Universal joint (Cardan, Hooke): rotation about an axis fixed in the reference, then about one that is
@@ -72,5 +72,10 @@ impl JointModel for Universal {
 
     fn states_evidence(&self) -> bool {
         true
+    }
+
+    fn parts(&self) -> &'static [&'static str] {
+        const ALL: [&str; 5] = misfit_and(&[]);
+        &ALL
     }
 }

@@ -101,7 +101,7 @@ fn frames_in_lanes_have_the_poses_that_each_has_alone_whatever_the_instructions(
 fn a_box_is_solved_in_lanes_and_a_thin_body_alone() {
     let solved = |case: &Case| {
         let (shape, tracks, _) = simulate(case, false);
-        let places = Places::of(&shape, 3);
+        let places = Places::of::<pulp::Scalar>(&shape);
         let mut none = Sums {
             covariance: [[0.0; BLOCK]; 9],
             target: [[0.0; BLOCK]; 3],
