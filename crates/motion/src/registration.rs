@@ -111,6 +111,15 @@ where
     Ok(Pose::from_parts(Translation3::from(target_centroid - rotation * source_centroid), rotation))
 }
 
+/// The rotation that fits a cross-covariance best, if it is determined.
+pub(crate) fn rotation_of(covariance: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
+    let axes = SingularVectors::of(covariance);
+    (axes.values[1] > ROUNDING * axes.values[0]).then(|| {
+        let rotation = Rotation3::from_matrix_unchecked(axes.right * axes.left.transpose());
+        UnitQuaternion::from_rotation_matrix(&rotation)
+    })
+}
+
 /// Singular vectors of a 3×3 matrix `left · diag(values) · rightᵀ`, completed to right-handed bases.
 ///
 /// The third value is not needed and not given; the third vectors are the cross products of the first two, so that

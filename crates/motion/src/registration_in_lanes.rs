@@ -11,18 +11,11 @@ use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::flat_rows::{expanded, first_holds};
+use crate::prefetch::ahead_of;
 use crate::registration::register_weighted;
+use crate::rotation_in_lanes::{BLOCK, has_digits, rotation};
 use crate::{Pose, Tracks};
 
-/// Frames that are solved together: the lanes of the widest registers.
-const BLOCK: usize = 8;
-/// Steps of Newton's iteration, which comes from above and does not oscillate, and the step at which it rests, as a share
-/// of the eigenvalue.
-const STEPS: usize = 40;
-const RESTS: f64 = 1e-14;
-/// Product of the largest eigenvalue's distances to the others, in cubes of it, below which the solve in lanes loses
-/// digits: of a cube it is 2.4, of a thin body it goes to 0.
-const LEAST_GAP: f64 = 0.02;
 /// Offset of a body, in its size and weighed by the gap, above which sums about another place than the body's own
 /// centre lose digits.
 const LARGEST_OFFSET: f64 = 1e5;
@@ -32,7 +25,7 @@ const LARGEST_OFFSET: f64 = 1e5;
 ///
 /// As [`register`](crate::register) of what a frame shows, to some 1e-11 rad, and many times as fast: covariances are
 /// summed straight from frame-major positions, and rotations of eight frames found at a time as the eigenvector of the
-/// largest eigenvalue of Horn's 4×4 matrix, by Newton's iteration and the adjugate. Frames for which that would lose
+/// largest eigenvalue of Horn's 4×4 matrix, by Halley's iteration and the adjugate. Frames for which that would lose
 /// digits, of thin or far bodies, are solved by [`register`](crate::register) itself. Nothing is allocated per frame.
 ///
 /// # Panics
@@ -217,6 +210,7 @@ fn add_frame<S: Simd>(
     for triple in 0..triples {
         for k in 0..3 {
             let at = 3 * triple + k;
+            ahead_of(positions[lanes * at..].as_ptr());
             let mut q = full[at];
             if !whole {
                 q = simd.mul_f64s(q, row[at]);
@@ -290,151 +284,6 @@ fn solve<S: Simd>(simd: S, sums: &mut Sums) -> Rotations {
     found
 }
 
-/// Sums and products of registers.
-macro_rules! f {
-    ($simd:ident, $a:ident + $b:ident) => {
-        $simd.add_f64s($a, $b)
-    };
-    ($simd:ident, $a:ident - $b:ident) => {
-        $simd.sub_f64s($a, $b)
-    };
-    ($simd:ident, $a:ident * $b:ident) => {
-        $simd.mul_f64s($a, $b)
-    };
-    // a b - c d
-    ($simd:ident, $a:ident * $b:ident - $c:ident * $d:ident) => {
-        $simd.sub_f64s($simd.mul_f64s($a, $b), $simd.mul_f64s($c, $d))
-    };
-    // a b - c d + e f
-    ($simd:ident, $a:ident * $b:ident - $c:ident * $d:ident + $e:ident * $g:ident) => {
-        $simd.mul_add_e_f64s($e, $g, f!($simd, $a * $b - $c * $d))
-    };
-    // a b - c d - e f
-    ($simd:ident, $a:ident * $b:ident - $c:ident * $d:ident - $e:ident * $g:ident) => {
-        $simd.sub_f64s(f!($simd, $a * $b - $c * $d), $simd.mul_f64s($e, $g))
-    };
-}
-/// The 2×2 minors of the two upper and the two lower rows of a symmetric matrix, from its diagonal and what is above.
-#[inline(always)]
-fn minors<S: Simd>(simd: S, diagonal: [S::f64s; 4], above: [S::f64s; 6]) -> ([S::f64s; 6], [S::f64s; 6]) {
-    let ([k00, k11, k22, k33], [k01, k02, k03, k12, k13, k23]) = (diagonal, above);
-    let upper = [
-        f!(simd, k00 * k11 - k01 * k01),
-        f!(simd, k00 * k12 - k01 * k02),
-        f!(simd, k00 * k13 - k01 * k03),
-        f!(simd, k01 * k12 - k11 * k02),
-        f!(simd, k01 * k13 - k11 * k03),
-        f!(simd, k02 * k13 - k12 * k03),
-    ];
-    let lower = [
-        f!(simd, k02 * k13 - k03 * k12),
-        f!(simd, k02 * k23 - k03 * k22),
-        f!(simd, k02 * k33 - k03 * k23),
-        f!(simd, k12 * k23 - k13 * k22),
-        f!(simd, k12 * k33 - k13 * k23),
-        f!(simd, k22 * k33 - k23 * k23),
-    ];
-    (upper, lower)
-}
-
-/// Unit quaternion of the rotation that fits covariances `Σ p qᵀ`, row by row, with eigenvalue and gap.
-///
-/// *Definition.* The eigenvector of the largest eigenvalue `λ` of Horn's symmetric matrix `K`, a column of the adjugate
-/// of `K - λI`. Newton's iteration for `λ` starts at `√3 |H|`, above all eigenvalues. The adjugate's trace is the product
-/// of the distances of `λ` to the other eigenvalues, up to its sign.
-#[inline(always)]
-fn rotation<S: Simd>(simd: S, h: &[S::f64s; 9]) -> ([S::f64s; 4], S::f64s, S::f64s) {
-    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *h;
-    let (k01, k02, k03) = (f!(simd, yz - zy), f!(simd, zx - xz), f!(simd, xy - yx));
-    let (k12, k13, k23) = (f!(simd, xy + yx), f!(simd, zx + xz), f!(simd, yz + zy));
-    let (beside, less) = (f!(simd, yy + zz), f!(simd, yy - zz));
-    let (k00, k11) = (f!(simd, xx + beside), f!(simd, xx - beside));
-    let (k22, k33) = (f!(simd, less - xx), {
-        let minus = f!(simd, less + xx);
-        simd.neg_f64s(minus)
-    });
-    let mut squares = f!(simd, xx * xx);
-    for entry in &h[1..] {
-        squares = simd.mul_add_e_f64s(*entry, *entry, squares);
-    }
-    let (m0, m1, m2) = (f!(simd, yy * zz - yz * zy), f!(simd, yx * zz - yz * zx), f!(simd, yx * zy - yy * zx));
-    let determinant = f!(simd, xx * m0 - xy * m1 + xz * m2);
-    let (two, eight) = (simd.splat_f64s(-2.0), simd.splat_f64s(-8.0));
-    let (c2, c1) = (f!(simd, two * squares), f!(simd, eight * determinant));
-    let ([s0, s1, s2, s3, s4, s5], [l0, l1, l2, l3, l4, l5]) =
-        minors(simd, [k00, k11, k22, k33], [k01, k02, k03, k12, k13, k23]);
-    let (near, far) = (f!(simd, s0 * l5 - s1 * l4 + s2 * l3), f!(simd, s3 * l2 - s4 * l1 + s5 * l0));
-    let c0 = f!(simd, near + far);
-    let mut lambda = simd.sqrt_f64s(simd.mul_f64s(simd.splat_f64s(3.0), squares));
-    let rests = simd.splat_f64s(RESTS);
-    for _ in 0..STEPS {
-        let square = f!(simd, lambda * lambda);
-        let b = {
-            let sum = f!(simd, square + c2);
-            f!(simd, sum * lambda)
-        };
-        let a = f!(simd, b + c1);
-        let value = simd.mul_add_e_f64s(a, lambda, c0);
-        let twice = simd.mul_f64s(simd.splat_f64s(2.0), square);
-        let inner = f!(simd, a + b);
-        let slope = simd.mul_add_e_f64s(twice, lambda, inner);
-        let step = simd.div_f64s(value, slope);
-        lambda = f!(simd, lambda - step);
-        let (size, small) = (simd.abs_f64s(step), f!(simd, rests * lambda));
-        if simd.first_true_m64s(simd.greater_than_f64s(size, small)) >= S::F64_LANES {
-            break;
-        }
-    }
-    let (k00, k11, k22, k33) =
-        (f!(simd, k00 - lambda), f!(simd, k11 - lambda), f!(simd, k22 - lambda), f!(simd, k33 - lambda));
-    let ([s0, s1, s2, s3, s4, s5], [_, l1, l2, l3, l4, l5]) =
-        minors(simd, [k00, k11, k22, k33], [k01, k02, k03, k12, k13, k23]);
-    let b00 = f!(simd, k11 * l5 - k12 * l4 + k13 * l3);
-    let b01 = f!(simd, k02 * l4 - k01 * l5 - k03 * l3);
-    let b02 = {
-        let rest = f!(simd, k13 * s5 - k23 * s4);
-        simd.mul_add_e_f64s(k33, s3, rest)
-    };
-    let b03 = f!(simd, k22 * s4 - k12 * s5 - k23 * s3);
-    let b11 = f!(simd, k00 * l5 - k02 * l2 + k03 * l1);
-    let b12 = f!(simd, k23 * s2 - k03 * s5 - k33 * s1);
-    let b13 = {
-        let rest = f!(simd, k02 * s5 - k22 * s2);
-        simd.mul_add_e_f64s(k23, s1, rest)
-    };
-    let b22 = {
-        let rest = f!(simd, k03 * s4 - k13 * s2);
-        simd.mul_add_e_f64s(k33, s0, rest)
-    };
-    let b23 = f!(simd, k12 * s2 - k02 * s4 - k23 * s0);
-    let b33 = {
-        let rest = f!(simd, k02 * s3 - k12 * s1);
-        simd.mul_add_e_f64s(k22, s0, rest)
-    };
-    let (mut column, mut most) = ([b00, b01, b02, b03], simd.abs_f64s(b00));
-    for (other, diagonal) in [([b01, b11, b12, b13], b11), ([b02, b12, b22, b23], b22), ([b03, b13, b23, b33], b33)] {
-        let size = simd.abs_f64s(diagonal);
-        let larger = simd.greater_than_f64s(size, most);
-        for k in 0..4 {
-            column[k] = simd.select_f64s(larger, other[k], column[k]);
-        }
-        most = simd.select_f64s(larger, size, most);
-    }
-    let [w, x, y, z] = column;
-    let mut norm = f!(simd, w * w);
-    for entry in [x, y, z] {
-        norm = simd.mul_add_e_f64s(entry, entry, norm);
-    }
-    let scale = simd.div_f64s(simd.splat_f64s(1.0), simd.sqrt_f64s(norm));
-    let (left, right) = (f!(simd, b00 + b11), f!(simd, b22 + b33));
-    let cube = {
-        let square = f!(simd, lambda * lambda);
-        f!(simd, square * lambda)
-    };
-    let gap = simd.div_f64s(simd.abs_f64s(f!(simd, left + right)), cube);
-    ([f!(simd, w * scale), f!(simd, x * scale), f!(simd, y * scale), f!(simd, z * scale)], lambda, gap)
-}
-
 /// The pose of a lane, if its rotation can be trusted.
 #[inline(always)]
 fn finish(places: &Places, sums: &Sums, rotations: &Rotations, lane: usize) -> Option<Pose> {
@@ -442,13 +291,12 @@ fn finish(places: &Places, sums: &Sums, rotations: &Rotations, lane: usize) -> O
     let source = places.centre + Vector3::from_fn(|axis, _| sums.source[axis][lane]) / count;
     let target = Vector3::from_fn(|axis, _| sums.target[axis][lane]) / count;
     let offset = count * places.radius * (target.amax() + places.magnitude);
-    let trusted = sums.found[lane] >= 3 && gap > LEAST_GAP && offset < LARGEST_OFFSET * gap * eigenvalue;
+    let trusted = sums.found[lane] >= 3 && has_digits(gap, eigenvalue) && offset < LARGEST_OFFSET * gap * eigenvalue;
     if !trusted {
         return None;
     }
     let [w, x, y, z] = [0, 1, 2, 3].map(|k| rotations.quaternion[k][lane]);
-    let sign = if w < 0.0 { -1.0 } else { 1.0 };
-    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z) * sign);
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
     Some(Pose::from_parts(Translation3::from(target - rotation * source), rotation))
 }
 
