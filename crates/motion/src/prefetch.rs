@@ -8,7 +8,6 @@ const AHEAD: usize = 6 << 10;
 
 /// Asks for the memory some way on from where a number is. Nothing is read, and what is asked for need not exist.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "one instruction, in inner loops")]
 #[cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "the instruction's only safe form"))]
 pub(crate) fn ahead_of(here: *const f64) {
     #[cfg(target_arch = "x86_64")]

@@ -1,7 +1,6 @@
 //! Rotations that fit cross-covariances, several in the lanes of a vector register.
 
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
-#![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
 use std::ops::RangeInclusive;
 
