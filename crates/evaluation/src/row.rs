@@ -155,8 +155,8 @@ pub(crate) enum Repetitions {
     AtMost(u32),
     /// With a third of the seeds, but ten if there are so many.
     Third,
-    /// With four times as many seeds: cells of one scene then have as many verdicts as others.
-    Fourfold,
+    /// With sixteen times as many seeds: means that are compared with a limit to a hundredth need more verdicts.
+    Sixteenfold,
 }
 
 impl Repetitions {
@@ -165,7 +165,7 @@ impl Repetitions {
             Self::All => seeds,
             Self::AtMost(most) => seeds.min(most),
             Self::Third => (seeds / 3).max(10).min(seeds),
-            Self::Fourfold => seeds.saturating_mul(4),
+            Self::Sixteenfold => seeds.saturating_mul(16),
         }
     }
 }
@@ -199,7 +199,7 @@ mod tests {
         let third = |seeds| Repetitions::Third.of(seeds);
         assert_eq!([third(60), third(30), third(12), third(2)], [20, 10, 10, 2]);
         assert_eq!([Repetitions::AtMost(10).of(30), Repetitions::AtMost(10).of(3), Repetitions::All.of(7)], [10, 3, 7]);
-        assert_eq!(Repetitions::Fourfold.of(30), 120);
+        assert_eq!(Repetitions::Sixteenfold.of(30), 480);
     }
 
     #[test]

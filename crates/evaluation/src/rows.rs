@@ -216,7 +216,7 @@ fn unusual_places() -> Row {
         .share(Measure::Types, 99.0, 100.0)
         .by(&[Measure::Classes]);
     let turntable = Cell::new("turntable, 1 mm", &["turntable"], &noise_of(1.0))
-        .repeated(Repetitions::Fourfold)
+        .repeated(Repetitions::Sixteenfold)
         .share(Measure::Types, 99.0, 100.0)
         .by(&[Measure::Classes])
         .goal(Measure::Angle, AtMost(0.3), AtMost(0.2));

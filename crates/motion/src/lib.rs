@@ -15,6 +15,7 @@
 //!   `recording_from_body` of that frame is the identity.
 //! * Frames are indices `0..T` into the recording; a missing sample or pose is `None`, never a number.
 
+mod answers;
 mod body;
 mod body_motion;
 mod columns;

@@ -97,28 +97,32 @@ impl Residuals {
 
 /// The drift that is believed: a small one is chance, and of a large one the fitted shape hides a part.
 pub(crate) fn believed_drift(drift: f64, frames: usize) -> f64 {
-    if drift > DRIFTS { (drift + 1.5 * (1.0 + 3.0 * drift) / frames.max(1) as f64).min(MOST_DRIFT) } else { 0.0 }
+    if drift > DRIFTS { unhidden(drift, frames.max(1) as f64) } else { 0.0 }
+}
+
+/// Variance of the mean of so many errors, of which each is `drift` times the one before, in those of the mean of
+/// independent ones: `(1+ρ)/(1-ρ) - 2ρ(1-ρᵀ)/(T(1-ρ)²)`.
+pub(crate) fn slowness(drift: f64, frames: f64) -> f64 {
+    let apart = 1.0 - drift;
+    (1.0 + drift) / apart - 2.0 * drift * (1.0 - drift.powf(frames)) / (frames * apart * apart)
+}
+
+/// The drift of errors whose residuals drift so much: the fitted shape takes up the mean of the errors, and so the
+/// `τ/T`-th of their variance, which hides `(1-ρ) τ/T` of the correlation.
+fn unhidden(drift: f64, frames: f64) -> f64 {
+    (0..5).fold(drift, |whole, _| (drift + slowness(whole, frames) / frames * (1.0 - drift)).min(MOST_DRIFT))
 }
 
 /// Factor by which drifting noise is larger than its residuals say: the fitted shape follows the drift.
 ///
-/// The mean of `T` errors of which each is `drift` times the one before has a `τ/T`-th of their variance, where
-/// `τ = (1+ρ)/(1-ρ) - 2ρ(1-ρᵀ)/(T(1-ρ)²)`; so a feature's place takes up the variance of `τ` samples,
-/// not of one. What it takes up also hides `(1-ρ) τ/T` of the correlation.
+/// A feature's place is a mean, and takes up the variance of as many samples as the mean of drifting errors has more
+/// variance than that of independent ones.
 pub(crate) fn hidden_by_drift(drift: f64, tracks: &Tracks, used: &[bool]) -> f64 {
     let features = tracks.features();
     let samples = used.iter().filter(|used| **used).count() as f64;
-    let frames = used.chunks(features).filter(|frame| frame.contains(&true)).count() as f64;
+    let frames = used.chunks(features).filter(|frame| frame.contains(&true)).count().max(1) as f64;
     let shown = (0..features).filter(|f| used.iter().skip(*f).step_by(features).any(|used| *used)).count() as f64;
-    let slow_by = |drift: f64| {
-        let apart = 2.0 * drift * (1.0 - drift.powf(frames)) / (frames.max(1.0) * (1.0 - drift).powi(2));
-        (1.0 + drift) / (1.0 - drift) - apart
-    };
-    let mut whole = drift;
-    for _ in 0..5 {
-        whole = (drift + slow_by(whole) / frames.max(1.0) * (1.0 - drift)).min(MOST_DRIFT);
-    }
-    let slow = slow_by(whole);
+    let slow = slowness(unhidden(drift, frames), frames);
     let freedom = |per_place: f64| 3.0 * samples - 6.0 * frames - (3.0 * shown - 6.0) * per_place;
     // Where hardly anything is left, nothing can be told.
     let left = freedom(slow.max(1.0)).max(0.25 * freedom(1.0));

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3};
 
-use crate::noise::believed_drift;
+use crate::noise::{believed_drift, slowness};
 use crate::selection::{Common, sampled, telling};
 use crate::whitening::Roots;
 use crate::{BodyMotion, Play, Pose, leaps, quantile, twist};
@@ -11,6 +11,9 @@ use crate::{BodyMotion, Play, Pose, leaps, quantile, twist};
 const LONGEST_RUN: usize = 20;
 /// Standard deviations of what differs within merged runs above chance that may be motion.
 const LOST_MOTION: f64 = 2.0;
+/// What the noise of a rate adds to six coordinates' squared distances of a run, of a rate told by the run itself and one
+/// neighbour, and by two neighbours: `Σ (t - t̄)²` of `n` poses is `n³/12`, the variance of the rate `2/n³` and `1/2n³`.
+const RATE_COST: [f64; 2] = [1.0, 0.25];
 /// Features whose travel is measured.
 const TRAVELLERS: usize = 4;
 /// Least uncertainty of a rotation, radians, and of a position as a share of the bodies' size: what rounding and
@@ -51,6 +54,7 @@ pub struct PoseSeries {
     tracked: bool,
     vague: bool,
     merged_cost: f64,
+    merged_motion: f64,
     turn: f64,
     ends: Vec<End>,
     play: Play,
@@ -177,6 +181,7 @@ impl PoseSeries {
             tracked: reference.is_tracked() && !reference.is_at_rest() || moving.is_tracked(),
             vague: [reference, moving].iter().any(|body| body.line().is_some()),
             merged_cost: 0.0,
+            merged_motion: 0.0,
             turn: 0.0,
             ends: Vec::new(),
             play: *play,
@@ -276,6 +281,11 @@ impl PoseSeries {
         self.correlation_time
     }
 
+    /// Variance of the mean of so many successive errors, in those of the mean of independent ones; 1 for white noise.
+    pub fn slowness(&self, frames: f64) -> f64 {
+        slowness((self.correlation_time - 1.0) / (self.correlation_time + 1.0), frames)
+    }
+
     /// Whether a tracker gave the poses, whose rotations may be slowly wrong.
     pub fn tracked(&self) -> bool {
         self.tracked
@@ -289,6 +299,11 @@ impl PoseSeries {
     /// What is already paid for the frames that were merged, in units of -2 log likelihood.
     pub fn merged_cost(&self) -> f64 {
         self.merged_cost
+    }
+
+    /// What of that is not noise: frames that were merged differ by their motion, too.
+    pub fn merged_motion(&self) -> f64 {
+        self.merged_motion
     }
 
     /// Range of the rotation, radians, at most a full turn.
@@ -379,16 +394,24 @@ impl PoseSeries {
             return None;
         }
         let mut merged = Self { frames: vec![], poses: vec![], noise: vec![], ..self.clone() };
-        for k in 0..frames {
-            let run = k * count / frames..(k + 1) * count / frames;
-            let mean = self.mean(run.clone())?;
-            merged.frames.push(self.frames[run.start + run.len() / 2]);
+        let run = |k: usize| k * count / frames..(k + 1) * count / frames;
+        let means: Vec<Mean> = (0..frames).map(|k| self.mean(run(k))).collect::<Option<_>>()?;
+        for (k, mean) in means.iter().enumerate() {
+            merged.frames.push(self.frames[run(k).start + run(k).len() / 2]);
             merged.poses.push(mean.pose);
             merged.noise.push(mean.covariance);
             merged.merged_cost += mean.cost;
+            // Within a run the motion goes on as from the one before to the one after.
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(frames - 1));
+            let way = means[before].pose.inverse() * means[after].pose;
+            let rate = twist::log(&way) * (frames as f64 / (count * (after - before).max(1)) as f64);
+            let noise = RATE_COST[usize::from(after - before == 2)];
+            merged.merged_motion += mean.cost - self.departure(run(k), mean, &rate) + noise;
         }
+        merged.merged_motion = merged.merged_motion.max(0.0);
         // What differs within a run is noise, or the run is too long.
-        let freedom = (6 * (count - frames)) as f64;
+        let length = count as f64 / frames as f64;
+        let freedom = 6.0 * (count as f64 - frames as f64 * self.slowness(length));
         let chance = freedom + LOST_MOTION * (2.0 * freedom * self.correlation_time).sqrt();
         if merged.merged_cost > chance {
             return None;
@@ -409,8 +432,7 @@ impl PoseSeries {
     /// The mean of a run of poses by their information.
     fn mean(&self, run: std::ops::Range<usize>) -> Option<Mean> {
         let mut pose = *self.poses.get(run.start + run.len() / 2)?;
-        let information: Vec<Matrix6<f64>> =
-            self.noise[run.clone()].iter().map(|noise| Some(noise.cholesky()?.inverse())).collect::<Option<_>>()?;
+        let information: Vec<Matrix6<f64>> = self.information(run.clone()).collect::<Option<_>>()?;
         let sum: Matrix6<f64> = information.iter().sum();
         let covariance = sum.cholesky()?.inverse();
         let departures = |pose: &Pose| {
@@ -423,6 +445,23 @@ impl PoseSeries {
         }
         let cost = departures(&pose).zip(&information).map(|(d, w)| d.dot(&(w * d))).sum();
         Some(Mean { pose, covariance, cost })
+    }
+
+    fn information(&self, run: std::ops::Range<usize>) -> impl Iterator<Item = Option<Matrix6<f64>>> {
+        self.noise[run].iter().map(|noise| Some(noise.cholesky()?.inverse()))
+    }
+
+    /// Squared distances of a run of poses, in standard deviations, from where their mean and a rate, a twist per pose,
+    /// put them.
+    fn departure(&self, run: std::ops::Range<usize>, mean: &Mean, rate: &twist::Twist) -> f64 {
+        let back = mean.pose.inverse();
+        let middle = (run.len() - 1) as f64 / 2.0;
+        let poses = self.poses[run.clone()].iter().zip(self.information(run)).enumerate();
+        let square = |(at, (pose, information)): (usize, (&Pose, Option<Matrix6<f64>>))| {
+            let off = twist::log(&(back * pose)) - rate * (at as f64 - middle);
+            information.map_or(0.0, |information| off.dot(&(information * off)))
+        };
+        poses.map(square).sum()
     }
 
     /// Noise of the rotation, radians per coordinate.

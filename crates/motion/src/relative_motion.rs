@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Vector3, distance};
 
+use crate::answers::Answers;
 use crate::{BodyMotion, Columns, Pose, PoseSeries, Tracks, extent, path_length, path_length_of_rows};
 
 /// Why one body's motion cannot be seen from another.
@@ -97,6 +98,7 @@ pub struct RelativeMotion<'m> {
     columns: OnceLock<Option<Columns>>,
     paths: OnceLock<Lengths>,
     pose_series: OnceLock<Option<PoseSeries>>,
+    answers: Answers,
 }
 
 impl<'m> RelativeMotion<'m> {
@@ -128,6 +130,7 @@ impl<'m> RelativeMotion<'m> {
             columns: OnceLock::new(),
             paths: OnceLock::new(),
             pose_series: OnceLock::new(),
+            answers: Answers::default(),
         })
     }
 
@@ -175,6 +178,11 @@ impl<'m> RelativeMotion<'m> {
     /// The poses of the pair with their uncertainty; `None` if one of the bodies shows no orientation at all.
     pub fn pose_series(&self) -> Option<&PoseSeries> {
         self.pose_series.get_or_init(|| PoseSeries::between(self.reference, self.moving, None)).as_ref()
+    }
+
+    /// What several models ask of this motion, computed once: by the type of the answer, which should belong to who asks.
+    pub fn once<T: Clone + Send + Sync + 'static>(&self, ask: impl FnOnce() -> T) -> T {
+        self.answers.get_or_ask(ask)
     }
 
     /// The same motion with successive frames merged, about so many being left; `None` where that leaves too few

@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 use super::Mechanism;
 use super::linearisation::{Linear, Linearisation, Whitening};
+use super::mixing::{Mixing, Step};
 
 /// Unknowns: six of the joint's coordinates, six of the home pose, two constants.
 pub(super) const UNKNOWNS: usize = 14;
@@ -72,9 +73,10 @@ pub struct Fitted {
 /// of every frame are eliminated by an orthogonal projection; damping (Levenberg-Marquardt) keeps what the data do not
 /// tell where it is.
 ///
-/// Of many frames, a few tell which start is the best, and bring it near to where all frames have it.
+/// Of many frames, a few tell which start is the best, and bring it near to where all frames have it. Steps learn from
+/// those before them.
 ///
-/// No frame and no iteration allocates.
+/// No frame allocates, and no iteration after the first four.
 pub fn fit(
     mechanism: &dyn Mechanism,
     poses: &[Pose],
@@ -104,6 +106,10 @@ fn best_of(
     let mut linear = problem.linearisation();
     let mut best: Option<State> = None;
     for (start, positions) in starts {
+        // What explains all poses as well as the truth would needs no rival.
+        if best.as_ref().is_some_and(|best| best.converged && best.cost < problem.expected_cost()) {
+            break;
+        }
         let mut state = State::new(problem, start, positions);
         state.iterate(problem, &mut linear, if several { TRIAL_ITERATIONS } else { ITERATIONS });
         if state.cost.is_finite() && best.as_ref().is_none_or(|best| state.cost < best.cost) {
@@ -150,6 +156,12 @@ impl<'a> Problem<'a> {
         Self { mechanism, poses, whitening, lanes: Whitening::of(whitening) }
     }
 
+    /// The cost of the right mechanism, on average.
+    fn expected_cost(&self) -> f64 {
+        let unknowns = UNKNOWNS - 2 + self.mechanism.constants();
+        ((6 - self.mechanism.freedoms()) * self.poses.len()).saturating_sub(unknowns) as f64
+    }
+
     fn linearisation(&self) -> Linearisation {
         Linearisation::new(self.poses.len(), self.mechanism.freedoms(), self.mechanism.constants())
     }
@@ -172,6 +184,7 @@ struct State {
     damping: f64,
     stalled: usize,
     converged: bool,
+    mixing: Mixing,
 }
 
 impl State {
@@ -180,7 +193,16 @@ impl State {
         let mut now =
             Trial { positions, inverses: vec![Pose::identity(); frames], residuals: vec![Twist::zeros(); frames] };
         let cost = now.follow(problem, &start);
-        Self { placement: start, next: now.clone(), now, cost, damping: 1e-3, stalled: 0, converged: false }
+        Self {
+            placement: start,
+            next: now.clone(),
+            now,
+            cost,
+            damping: 1e-3,
+            stalled: 0,
+            converged: false,
+            mixing: Mixing::default(),
+        }
     }
 
     fn iterate(&mut self, problem: &Problem<'_>, linear: &mut Linearisation, iterations: usize) {
@@ -217,7 +239,7 @@ impl State {
         linear.equations(&problem.lanes, &(home.inverse() * joint))
     }
 
-    /// One damped step; `false` if none of so many lowers the cost.
+    /// One damped step, mixed with those before or alone; `false` if none of so many lowers the cost.
     fn step(
         &mut self,
         problem: &Problem<'_>,
@@ -226,31 +248,54 @@ impl State {
         gradient: &Unknowns,
         tries: usize,
     ) -> bool {
-        for _ in 0..tries {
+        for attempt in 0..tries {
             let Some(step) = solve(normal, gradient, self.damping) else { return false };
             let turn = step.fixed_rows::<3>(0).amax().max(step.fixed_rows::<3>(6).amax());
             let step = if turn > LARGEST_TURN { step * (LARGEST_TURN / turn) } else { step };
-            let placement = Placement {
-                joint: self.placement.joint * twist::exp(&step.fixed_rows::<6>(0).into_owned()),
-                home: self.placement.home * twist::exp(&step.fixed_rows::<6>(6).into_owned()),
-                constants: self.placement.constants + step.fixed_rows::<2>(12),
-            };
-            for (frame, (next, q)) in self.next.positions.iter_mut().zip(&self.now.positions).enumerate() {
-                *next = problem.mechanism.advance(q, &linear.advance(frame, &step));
+            let shares = if attempt == 0 { self.mixing.shares(normal, &step) } else { None };
+            if attempt > 0 {
+                self.mixing.clear();
             }
-            let cost = self.next.follow(problem, &placement);
-            if cost <= self.cost {
-                let gain = self.cost - cost;
-                self.stalled = if gain < CONVERGED * (1.0 + cost) { self.stalled + 1 } else { 0 };
-                self.placement = placement;
-                std::mem::swap(&mut self.now, &mut self.next);
-                self.cost = cost;
+            let mut now = self.mixing.spare(step);
+            now.moves.extend((0..self.now.positions.len()).map(|frame| linear.advance(frame, &step)));
+            if let Some(shares) = shares {
+                self.mixing.mix(&mut now, &shares);
+                if self.take(problem, &now) {
+                    self.mixing.keep(now);
+                    return true;
+                }
+            }
+            now.alone();
+            if self.take(problem, &now) {
                 self.damping = (self.damping / 5.0).max(LEAST_DAMPING);
+                self.mixing.keep(now);
                 return true;
             }
             self.damping = (self.damping * 10.0).min(1e6);
         }
         false
+    }
+
+    /// Takes a step if that lowers the cost.
+    fn take(&mut self, problem: &Problem<'_>, step: &Step) -> bool {
+        let placement = Placement {
+            joint: self.placement.joint * twist::exp(&step.taken.fixed_rows::<6>(0).into_owned()),
+            home: self.placement.home * twist::exp(&step.taken.fixed_rows::<6>(6).into_owned()),
+            constants: self.placement.constants + step.taken.fixed_rows::<2>(12),
+        };
+        for (next, (q, moved)) in self.next.positions.iter_mut().zip(self.now.positions.iter().zip(&step.moved)) {
+            *next = problem.mechanism.advance(q, moved);
+        }
+        let cost = self.next.follow(problem, &placement);
+        if cost > self.cost || cost.is_nan() {
+            return false;
+        }
+        let gain = self.cost - cost;
+        self.stalled = if gain < CONVERGED * (1.0 + cost) { self.stalled + 1 } else { 0 };
+        self.placement = placement;
+        std::mem::swap(&mut self.now, &mut self.next);
+        self.cost = cost;
+        true
     }
 
     fn finish(self, problem: &Problem<'_>, linear: &mut Linearisation) -> Fitted {
@@ -314,6 +359,6 @@ fn solve(normal: &Normal, gradient: &Unknowns, damping: f64) -> Option<Unknowns>
 }
 
 /// Inverse of the normal matrix, huge where it is singular.
-fn solve_all(normal: &Normal) -> Normal {
+pub(super) fn solve_all(normal: &Normal) -> Normal {
     damped(normal, LEAST_DAMPING).cholesky().map_or_else(|| Normal::identity() * 1e12, |factor| factor.inverse())
 }

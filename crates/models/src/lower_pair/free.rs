@@ -56,7 +56,7 @@ impl JointModel for Free {
         let unpaid = f64::from(PARAMETERS.saturating_sub(self.parameters));
         fit.evidence = Some(Evidence {
             configuration_cost: random_effect::cost(&departures, series.noise()) + unpaid * series.correlation_time(),
-            freedom: 6.0 * (series.seen() - count) as f64,
+            freedom: 6.0 * (series.seen() - count) as f64 + series.merged_motion(),
             departure: plays.then_some(Departure { squared: 0.0, per_noise: f64::INFINITY, adequate: 25.0 }),
             ..Evidence::of_poses(mobility, series)
         });

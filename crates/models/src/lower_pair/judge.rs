@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, quantile, twist, twist::Twist};
 use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Translation3, Unit, Vector3};
 
-use super::{Fitted, Geometry, Mechanism, Placement, fit, misfit, random_effect, refit};
+use super::{Fitted, Geometry, Mechanism, Placement, drifting, fit, misfit, random_effect, refit};
 use crate::{Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions};
 
 /// Frames below which nothing is fitted.
@@ -29,6 +29,8 @@ const WRONG_TURN: f64 = 0.0122;
 const WRONG_PRICE: f64 = 4.0;
 /// Squared departure beyond which a joint is not the right one.
 const ADEQUATE: f64 = 25.0;
+/// Share of the freedom in white noise that drifting noise leaves at least.
+const LEAST_FREEDOM: f64 = 0.1;
 /// Independent shapes of a slow departure over merged frames.
 const SLOW_SHAPES: f64 = 3.0;
 /// Coordinates that slow departures have in a recording, for the uncertainty of axes.
@@ -112,6 +114,9 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     let mobility = mechanism.mobility();
     let mut evidence = Evidence::of_poses(mobility, series);
     evidence.chi_squared += chi_squared;
+    if series.correlation_time() > 1.0 {
+        evidence.freedom = drifting::expected(mechanism, series, &ideal).max(LEAST_FREEDOM * evidence.freedom);
+    }
     evidence.configuration_cost = configuration_cost(mechanism, &ideal);
     let sweep = sweep(mechanism, &adequate);
     let mut judged = Judged { ideal, adequate, evidence, misfit: (0.0, 0.0), sweep };
@@ -190,7 +195,7 @@ fn freedom(mobility: Mobility, series: &PoseSeries) -> f64 {
     let free = f64::from(mobility.turns + mobility.slides);
     // Mean and spread of the positions are parameters, but take nothing from the residuals.
     let fixed = mobility.parameters as f64 - free - free * (free + 1.0) / 2.0;
-    (6.0 * series.seen() as f64 - free * series.poses().len() as f64 - fixed).max(0.0)
+    (6.0 * series.seen() as f64 - free * series.poses().len() as f64 - fixed).max(0.0) + series.merged_motion()
 }
 
 impl Judged {

@@ -42,12 +42,14 @@
 //! ```
 
 mod cylindrical;
+mod drifting;
 mod elliptic_trammel;
 mod engine;
 mod free;
 mod judge;
 mod linearisation;
 pub(crate) mod misfit;
+mod mixing;
 mod planar;
 mod prismatic;
 mod random_effect;

@@ -5,7 +5,8 @@ use nalgebra::{Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, Revolute, judge, misfit_and, starts};
+use super::revolute::hinge;
+use super::{Geometry, Mechanism, Mobility, Placement, judge, misfit_and, starts};
 use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Prismatic joint: translation along a line that is fixed in both bodies, without any turn.
@@ -78,7 +79,7 @@ impl JointModel for Prismatic {
             return point_path::line(motion, self.bend_of_path);
         }
         let straight = judge(self, motion)?;
-        let arc = judge(&Revolute::default(), motion)?;
+        let arc = hinge(motion)?;
         Ok(straight.or_bent(&arc, self.bend, self.sweep))
     }
 

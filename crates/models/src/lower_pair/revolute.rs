@@ -61,12 +61,19 @@ impl Mechanism for Revolute {
     }
 }
 
+/// The hinge that fits poses: the arc of a bent rail as well, and settings do not matter to it.
+pub(super) fn hinge(motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
+    #[derive(Clone)]
+    struct Hinge(Result<JointFit, FitError>);
+    motion.once(|| Hinge(judge(&Revolute::default(), motion))).0
+}
+
 impl JointModel for Revolute {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
         if motion.pose_series().is_none() {
             return point_path::circle(motion, self.sweep);
         }
-        judge(self, motion)
+        hinge(motion)
     }
 
     fn states_evidence(&self) -> bool {
