@@ -47,6 +47,9 @@ const ALWAYS_ALLOWED: usize = 256 << 20;
 /// Bytes that arrays may unpack to, per byte of the file.
 const ALLOWED_PER_BYTE: usize = 100;
 
+/// Bodies that one thread reads at a time: enough for their positions in a frame to be long pieces of the file.
+const TOGETHER: usize = 8;
+
 /// Reads points from an archive; `path` names a single body, and is named in errors.
 ///
 /// # Errors
@@ -55,12 +58,8 @@ const ALLOWED_PER_BYTE: usize = 100;
 pub fn parse(bytes: &[u8], path: &Path, unit: Unit) -> Result<Recording, RecordingError> {
     let arrays = Archive::open(bytes).and_then(|mut archive| Arrays::read(&mut archive, path));
     let Arrays { points, bodies, times } = arrays.map_err(|problem| RecordingError::in_file(path, problem))?;
-    let body = |(name, columns): (String, Vec<usize>)| {
-        let labels = columns.iter().map(ToString::to_string).collect();
-        Body::from_points(name, labels, points.tracks(&columns, unit)?)
-    };
     // All of them before the first error is looked for, which is then the same one every time.
-    let bodies: Vec<_> = bodies.into_par_iter().map(body).collect();
+    let bodies: Vec<_> = bodies.par_chunks(TOGETHER).flat_map_iter(|bodies| points.bodies(bodies, unit)).collect();
     let bodies = bodies.into_iter().collect::<Result<_, _>>();
     bodies
         .and_then(|bodies| Recording::new((0..points.frames as u64).collect(), times, bodies))
@@ -86,29 +85,34 @@ struct Points<'a> {
 }
 
 impl Points<'_> {
-    /// The positions in some columns.
-    fn tracks(&self, columns: &[usize], unit: Unit) -> Result<Tracks, MotionError> {
-        let mut positions = Vec::with_capacity(self.frames * columns.len());
+    /// Bodies by their names and columns; the file is read from front to back.
+    fn bodies(&self, bodies: &[(String, Vec<usize>)], unit: Unit) -> Vec<Result<Body, MotionError>> {
+        let mut positions: Vec<Vec<Point3<f64>>> =
+            bodies.iter().map(|(_, columns)| Vec::with_capacity(self.frames * columns.len())).collect();
         let (mut coordinates, mut visible) = (Vec::new(), Vec::new());
         for frame in 0..self.frames {
-            for neighbours in columns.chunk_by(|column, next| column + 1 == *next) {
-                let first = frame * self.features + neighbours[0];
-                let after = first + neighbours.len();
-                coordinates.clear();
-                self.coordinates.append(3 * first..3 * after, &mut coordinates);
-                let point = |point: &[f64; 3]| Point3::from(point.map(|length| unit.to_metres(length)));
-                positions.extend(coordinates.as_chunks().0.iter().map(point));
-                if let Some(visibility) = &self.visibility {
-                    visible.clear();
-                    visibility.append(first..after, &mut visible);
-                    let added = positions.iter_mut().rev().zip(visible.iter().rev());
-                    added
-                        .filter(|(_, visible)| !**visible)
-                        .for_each(|(position, _)| *position = Point3::from([f64::NAN; 3]));
+            for ((_, columns), positions) in bodies.iter().zip(&mut positions) {
+                for neighbours in columns.chunk_by(|column, next| column + 1 == *next) {
+                    let first = frame * self.features + neighbours[0];
+                    let features = first..first + neighbours.len();
+                    coordinates.clear();
+                    self.coordinates.append(3 * features.start..3 * features.end, &mut coordinates);
+                    let point = |point: &[f64; 3]| Point3::from(point.map(|length| unit.to_metres(length)));
+                    positions.extend(coordinates.as_chunks().0.iter().map(point));
+                    if let Some(visibility) = &self.visibility {
+                        visible.clear();
+                        visibility.append(features, &mut visible);
+                        let unseen = positions.iter_mut().rev().zip(visible.iter().rev()).filter(|(_, seen)| !**seen);
+                        unseen.for_each(|(position, _)| *position = Point3::from([f64::NAN; 3]));
+                    }
                 }
             }
         }
-        Tracks::new(columns.len(), positions)
+        let body = |((name, columns), positions): (&(String, Vec<usize>), Vec<Point3<f64>>)| {
+            let labels = columns.iter().map(ToString::to_string).collect();
+            Body::from_points(name, labels, Tracks::new(columns.len(), positions)?)
+        };
+        bodies.iter().zip(positions).map(body).collect()
     }
 }
 
