@@ -32,7 +32,10 @@ const TIMES: u64 = 2;
 /// Something to be done, once it is prepared.
 type Work = Box<dyn FnMut()>;
 
-const CASES: [(&str, fn() -> Work); 5] = [
+/// A name, and what prepares the work.
+type Case = (&'static str, fn() -> Work);
+
+const CASES: [Case; 5] = [
     ("registration", registration),
     ("thesis", thesis),
     ("likelihood", likelihood),

@@ -221,14 +221,13 @@ impl<'a> Archive<'a> {
             format!("shape {:?} is too large for this file; if it is genuine, save without compression", header.shape)
         })?;
         self.allowed -= announced;
-        let data = match &stored {
-            Some(stored) => Cow::Borrowed(stored.content),
-            None => {
-                // One more byte than announced, so that the end of the file and its checksum are seen.
-                let mut data = Vec::new();
-                file.take(announced as u64 + 1).read_to_end(&mut data).map_err(|error| cannot_unpack(&error))?;
-                Cow::Owned(data)
-            }
+        let data = if let Some(stored) = &stored {
+            Cow::Borrowed(stored.content)
+        } else {
+            // One more byte than announced, so that the end of the file and its checksum are seen.
+            let mut data = Vec::new();
+            file.take(announced as u64 + 1).read_to_end(&mut data).map_err(|error| cannot_unpack(&error))?;
+            Cow::Owned(data)
         };
         let (shape, found) = (format!("{:?}", header.shape), data.len());
         let short = || {
