@@ -1,8 +1,8 @@
 //! The header of a table: which column holds what.
 
-use csv::StringRecord;
+use std::borrow::Cow;
 
-use crate::text::{number, quoted};
+use crate::text::{number, quoted, trimmed};
 
 /// Every column a table may have.
 const KNOWN: [&str; 11] = ["frame", "time", "body", "feature", "x", "y", "z", "qx", "qy", "qz", "qw"];
@@ -65,10 +65,10 @@ impl Columns {
     }
 
     /// The numbers in some cells of a row that has all columns; NaN where a cell is empty.
-    pub(crate) fn numbers<const N: usize>(&self, row: &StringRecord, cells: [usize; N]) -> Result<[f64; N], String> {
+    pub(crate) fn numbers<const N: usize>(&self, row: &[Cow<'_, str>], cells: [usize; N]) -> Result<[f64; N], String> {
         let mut values = [f64::NAN; N];
         for (value, cell) in values.iter_mut().zip(cells) {
-            *value = number(row[cell].trim()).map_err(|problem| self.at(cell, &problem))?;
+            *value = number(trimmed(&row[cell])).map_err(|problem| self.at(cell, &problem))?;
         }
         Ok(values)
     }
@@ -81,7 +81,7 @@ impl Columns {
 
 /// The name of a body or feature in a cell.
 pub(crate) fn name<'a>(cell: &'a str, what: &str) -> Result<&'a str, String> {
-    match cell.trim() {
+    match trimmed(cell) {
         "" => Err(format!("column `{what}`: needed a name, found an empty cell; name the {what} in every row")),
         name => Ok(name),
     }

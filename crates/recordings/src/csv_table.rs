@@ -16,17 +16,23 @@
 //! * **Poses** are `recording_from_tracked`. The norm of a quaternion is within 5 % of 1, and is made 1.
 //! * **Size.** Frames × features of all bodies are at most 64 per row, or a million.
 
+use std::borrow::Cow;
 use std::path::Path;
 
-use csv::{ReaderBuilder, StringRecord};
 use jointscope_motion::Recording;
+use memchr::{memchr, memchr_iter};
 use nalgebra::Point3;
+use rayon::prelude::*;
 
+use crate::cells::Cutter;
 use crate::columns::{Columns, Content, name};
-use crate::grid::{Place, Rows};
+use crate::grid::{Part, Place, Rows};
 use crate::pose::pose;
-use crate::text::{decode, quoted};
+use crate::text::{decode, quoted, trimmed};
 use crate::{RecordingError, Unit};
+
+/// Bytes of the text, up to the next line end, that one thread reads at a time.
+const PIECE: usize = 1 << 22;
 
 /// Reads a table of points or poses; `path` is named in errors.
 ///
@@ -34,99 +40,228 @@ use crate::{RecordingError, Unit};
 /// [`RecordingError::Line`] and [`RecordingError::File`] for what is said of tables [above](self);
 /// [`RecordingError::Motion`], for instance for a body without any sample.
 pub fn parse(bytes: &[u8], path: &Path, unit: Unit) -> Result<Recording, RecordingError> {
-    let mut table = Table::new(decode(bytes, path)?, path);
-    let Some(header_line) = table.next_row()? else {
-        return Err(RecordingError::in_file(path, "the file is empty; needed a header line and rows of samples"));
-    };
-    let columns =
-        Columns::of_header(&table.row).map_err(|problem| RecordingError::at_line(path, header_line, problem))?;
+    in_pieces(PIECE, bytes, path, unit)
+}
+
+fn in_pieces(size: usize, bytes: &[u8], path: &Path, unit: Unit) -> Result<Recording, RecordingError> {
+    let table = Table::of(decode(bytes, path)?, path)?;
+    let columns = &table.columns;
     match columns.content {
         Content::Points { feature, position } => {
-            let sample = |row: &StringRecord| {
-                Ok(Point3::from(columns.numbers(row, position)?.map(|length| unit.to_metres(length))))
-            };
-            table.rows(&columns, Some(feature), sample)?.of_points(path)
+            let sample =
+                |row: &Row<'_>| Ok(Point3::from(columns.numbers(row, position)?.map(|length| unit.to_metres(length))));
+            let (rows, places) = table.rows(Some(feature), sample, size)?;
+            rows.of_points(path, Place::Line(&|row| table.line_of(row, &places)))
         }
         Content::Poses { values } => {
-            let sample = |row: &StringRecord| pose(columns.numbers(row, values)?, unit);
-            table.rows(&columns, None, sample)?.of_poses(path)
+            let sample = |row: &Row<'_>| pose(columns.numbers(row, values)?, unit);
+            let (rows, places) = table.rows(None, sample, size)?;
+            rows.of_poses(path, Place::Line(&|row| table.line_of(row, &places)))
         }
     }
 }
 
-/// A text cut into rows and cells.
+/// The cells of a row.
+type Row<'a> = [Cow<'a, str>];
+
+/// A text whose header was read.
 struct Table<'a> {
     text: &'a str,
     path: &'a Path,
-    reader: csv::Reader<&'a [u8]>,
-    row: StringRecord,
+    separator: u8,
+    columns: Columns,
+    /// Where the rows below the header begin.
+    start: usize,
 }
 
+/// What was read of a piece of the text.
+struct Piece<T> {
+    start: usize,
+    /// Where the row begins that was not read any more.
+    end: usize,
+    part: Part<T>,
+    /// What is wrong with a row, and where it begins.
+    problem: Option<(usize, String)>,
+}
+
+/// Where the rows of a part are: its first byte, and their number.
+type PartPlace = (usize, usize);
+
 impl<'a> Table<'a> {
-    fn new(text: &'a str, path: &'a Path) -> Self {
+    fn of(text: &'a str, path: &'a Path) -> Result<Self, RecordingError> {
         let header = text.trim_start().lines().next().unwrap_or_default();
         let count = |separator: u8| header.matches(char::from(separator)).count();
         // The last of equals wins, so the comma does.
         let separator = [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',');
-        let reader =
-            ReaderBuilder::new().has_headers(false).flexible(true).delimiter(separator).from_reader(text.as_bytes());
-        Self { text, path, reader, row: StringRecord::new() }
+        let (mut cutter, mut header) = (Cutter::new(text, separator, 0), Vec::new());
+        let begin = loop {
+            match cutter.row(&mut header) {
+                None => {
+                    let problem = "the file is empty; needed a header line and rows of samples";
+                    return Err(RecordingError::in_file(path, problem));
+                }
+                Some(_) if is_blank(&header) => {}
+                Some(begin) => break begin,
+            }
+        };
+        let columns = Columns::of_header(header.iter().map(AsRef::as_ref))
+            .map_err(|problem| RecordingError::at_line(path, line(text, begin), problem))?;
+        Ok(Self { text, path, separator, columns, start: cutter.position })
     }
 
-    /// Reads the next row that is not blank into `row`; gives the line where it begins.
+    /// Reads all rows, pieces of about so many bytes in parallel; `feature` is the column of the features' names, `sample`
+    /// reads the sample.
     ///
-    /// The reader counts blank lines as part of the row below them, so they are counted here.
-    fn next_row(&mut self) -> Result<Option<u64>, RecordingError> {
-        loop {
-            let start = self.reader.position().clone();
-            let byte = usize::try_from(start.byte()).unwrap_or(usize::MAX);
-            let rest = self.text.get(byte..).unwrap_or_default();
-            let blank = rest.len() - rest.trim_start_matches(['\r', '\n']).len();
-            let line = start.line() + rest[..blank].matches('\n').count() as u64;
-            match self.reader.read_record(&mut self.row) {
-                Ok(false) => return Ok(None),
-                Ok(true) if self.row.iter().all(|cell| cell.trim().is_empty()) && self.row.len() == 1 => {}
-                Ok(true) => return Ok(Some(line)),
-                Err(error) => return Err(RecordingError::at_line(self.path, line, error.to_string())),
+    /// Pieces begin behind line ends. Where a quote is open there, which the piece before knows, the row goes on, and the
+    /// piece is read again from its end.
+    fn rows<T: Copy + Send>(
+        &self,
+        feature: Option<usize>,
+        sample: impl Fn(&Row<'_>) -> Result<T, String> + Sync,
+        size: usize,
+    ) -> Result<(Rows<T>, Vec<PartPlace>), RecordingError> {
+        let (bytes, all) = (self.text.as_bytes(), self.text.len());
+        let mut limits = Vec::new();
+        let mut start = self.start;
+        while start < all {
+            let least = (start + size).min(all);
+            start = memchr(b'\n', &bytes[least..]).map_or(all, |rest| least + rest + 1);
+            limits.push(start);
+        }
+        let starts = [self.start].into_iter().chain(limits.iter().copied());
+        let pieces: Vec<(usize, usize)> = starts.zip(limits.iter().copied()).collect();
+        let read = |start, limit, end| self.piece(start, limit, end, feature, &sample);
+        let pieces: Vec<Piece<T>> = pieces.into_par_iter().map(|(start, limit)| read(start, limit, limit)).collect();
+        let (mut parts, mut places, mut at) = (Vec::new(), Vec::new(), self.start);
+        let mut accept = |piece: Piece<T>| {
+            if let Some((begin, problem)) = piece.problem {
+                return Err(RecordingError::at_line(self.path, line(self.text, begin), problem));
+            }
+            places.push((piece.start, piece.part.len()));
+            parts.push(piece.part);
+            Ok(piece.end)
+        };
+        for (piece, limit) in pieces.into_iter().zip(limits) {
+            if piece.start == at {
+                at = accept(piece)?;
+            }
+            if at < limit {
+                at = accept(read(at, limit, all))?;
             }
         }
+        let rows = Rows::of(parts);
+        if rows.is_empty() {
+            let problem = "the table has a header but no rows; needed at least one sample";
+            return Err(RecordingError::in_file(self.path, problem));
+        }
+        Ok((rows, places))
     }
 
-    /// Reads all rows below the header; `feature` is the column of the features' names, `sample` reads the sample.
-    fn rows<T: Copy>(
-        mut self,
-        columns: &Columns,
+    /// Reads the rows that begin between two places, as if the text had an end; but a row with an open quote there only
+    /// if it is the end of the whole text.
+    fn piece<T: Copy>(
+        &self,
+        start: usize,
+        limit: usize,
+        end: usize,
         feature: Option<usize>,
-        sample: impl Fn(&StringRecord) -> Result<T, String>,
-    ) -> Result<Rows<T>, RecordingError> {
-        let path = self.path;
-        let mut rows = Rows::new(Place::Line);
-        while let Some(line) = self.next_row()? {
-            let mut read = || {
-                check_length(&self.row, columns.names.len())?;
-                let frame = frame_number(self.row[columns.frame].trim())?;
-                let time = match columns.time {
-                    Some(time) => columns.numbers(&self.row, [time])?[0],
-                    None => f64::NAN,
-                };
-                let body = name(&self.row[columns.body], "body")?;
-                let feature = feature.map_or(Ok(""), |feature| name(&self.row[feature], "feature"))?;
-                rows.push(line, frame, time, (body, feature), sample(&self.row)?);
-                Ok(())
-            };
-            read().map_err(|problem: String| RecordingError::at_line(path, line, problem))?;
+        sample: &impl Fn(&Row<'_>) -> Result<T, String>,
+    ) -> Piece<T> {
+        let mut cutter = Cutter::new(&self.text[..end], self.separator, start);
+        let (mut row, mut times) = (Vec::new(), Times::default());
+        let mut piece = Piece { start, end: start, part: Part::default(), problem: None };
+        while cutter.position < limit {
+            let Some(begin) = cutter.row(&mut row) else { break };
+            if cutter.open && end < self.text.len() {
+                cutter.position = begin;
+                break;
+            }
+            if is_blank(&row) {
+                continue;
+            }
+            if let Err(problem) = self.push(&row, feature, sample, &mut times, &mut piece.part) {
+                piece.problem = Some((begin, problem));
+                break;
+            }
         }
-        if rows.is_empty() {
-            return Err(RecordingError::in_file(
-                path,
-                "the table has a header but no rows; needed at least one sample",
-            ));
+        piece.end = cutter.position;
+        piece
+    }
+
+    fn push<T: Copy>(
+        &self,
+        row: &Row<'_>,
+        feature: Option<usize>,
+        sample: &impl Fn(&Row<'_>) -> Result<T, String>,
+        times: &mut Times,
+        part: &mut Part<T>,
+    ) -> Result<(), String> {
+        let columns = &self.columns;
+        check_length(row, columns.names.len())?;
+        let frame = frame_number(trimmed(&row[columns.frame]))?;
+        let time = match columns.time {
+            Some(column) => times.read(&row[column], || Ok(columns.numbers(row, [column])?[0]))?,
+            None => f64::NAN,
+        };
+        let body = name(&row[columns.body], "body")?;
+        let feature = feature.map_or(Ok(""), |feature| name(&row[feature], "feature"))?;
+        part.push(frame, time, (body, feature), sample(row)?);
+        Ok(())
+    }
+
+    /// The line where a row begins, counted from 1; rows are counted from 0.
+    fn line_of(&self, row: usize, places: &[PartPlace]) -> u64 {
+        let mut left = row;
+        let of_part = places.iter().find(|(_, rows)| {
+            let inside = left < *rows;
+            left -= if inside { 0 } else { *rows };
+            inside
+        });
+        let mut cutter = Cutter::new(self.text, self.separator, of_part.map_or(self.start, |(start, _)| *start));
+        let mut cells = Vec::new();
+        while let Some(begin) = cutter.row(&mut cells) {
+            if !is_blank(&cells) {
+                if left == 0 {
+                    return line(self.text, begin);
+                }
+                left -= 1;
+            }
         }
-        Ok(rows)
+        line(self.text, self.text.len())
     }
 }
 
-fn check_length(row: &StringRecord, columns: usize) -> Result<(), String> {
+/// The time of the row before, which most rows repeat.
+#[derive(Default)]
+struct Times {
+    cell: String,
+    time: Option<f64>,
+}
+
+impl Times {
+    fn read(&mut self, cell: &str, read: impl Fn() -> Result<f64, String>) -> Result<f64, String> {
+        if let Some(time) = self.time.filter(|_| self.cell == cell) {
+            return Ok(time);
+        }
+        let time = read()?;
+        self.cell.clear();
+        self.cell.push_str(cell);
+        self.time = Some(time);
+        Ok(time)
+    }
+}
+
+/// The line of a place in a text, from 1.
+fn line(text: &str, place: usize) -> u64 {
+    1 + memchr_iter(b'\n', &text.as_bytes()[..place]).count() as u64
+}
+
+/// A line of blanks.
+fn is_blank(row: &Row<'_>) -> bool {
+    matches!(row, [cell] if cell.trim().is_empty())
+}
+
+fn check_length(row: &Row<'_>, columns: usize) -> Result<(), String> {
     if row.len() == columns {
         return Ok(());
     }

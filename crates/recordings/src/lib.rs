@@ -26,6 +26,7 @@ pub mod qualisys;
 pub mod trc;
 pub mod vicon;
 
+mod cells;
 mod columns;
 mod csv_write;
 mod error;
@@ -33,6 +34,7 @@ mod format;
 mod grid;
 mod grouping;
 mod inspection;
+mod mapped;
 mod marker_table;
 mod markers;
 mod npy;

@@ -3,7 +3,9 @@
 //! The header is read here and not by a library, because it is not trusted: lengths and shapes are checked before they
 //! are believed, nothing recurses, and pickled objects are refused.
 
+use std::borrow::Cow;
 use std::io::Read;
+use std::ops::Range;
 
 use crate::text::quoted;
 
@@ -47,16 +49,39 @@ impl Header {
     }
 }
 
-/// An array and its elements, as bytes.
+/// An array and its elements, as bytes: those of the file, or what they unpack to.
 #[derive(Debug)]
-pub(crate) struct Array {
+pub(crate) struct Array<'a> {
     header: Header,
-    data: Vec<u8>,
+    data: Cow<'a, [u8]>,
 }
 
-impl Array {
+/// The elements of an array as values of one type, counted with the last index running fastest.
+pub(crate) struct Elements<'a, T> {
+    array: Array<'a>,
+    read: ReadElements<T>,
+}
+
+/// Appends some elements of an array.
+type ReadElements<T> = fn(&Array<'_>, Range<usize>, &mut Vec<T>);
+
+impl<T> Elements<'_, T> {
+    /// Appends some of the elements, which must exist.
+    pub(crate) fn append(&self, elements: Range<usize>, to: &mut Vec<T>) {
+        (self.read)(&self.array, elements, to);
+    }
+
+    /// All of them.
+    pub(crate) fn all(&self) -> Vec<T> {
+        let mut all = Vec::new();
+        self.append(0..self.array.count(), &mut all);
+        all
+    }
+}
+
+impl<'a> Array<'a> {
     /// Joins a header and its elements; `None` if their sizes differ.
-    pub(crate) fn new(header: Header, data: Vec<u8>) -> Option<Self> {
+    pub(crate) fn new(header: Header, data: Cow<'a, [u8]>) -> Option<Self> {
         (header.bytes() == Some(data.len())).then_some(Self { header, data })
     }
 
@@ -64,37 +89,46 @@ impl Array {
         &self.header.shape
     }
 
-    /// Elements as numbers, the last index running fastest.
-    pub(crate) fn floats(&self) -> Result<Vec<f64>, String> {
-        match (self.header.kind, self.header.size) {
-            ('f', 8) => Ok(self.elements().map(|cell| f64::from_le_bytes(self.little_endian(cell))).collect()),
-            ('f', 4) => Ok(self.elements().map(|cell| f32::from_le_bytes(self.little_endian(cell)).into()).collect()),
-            _ => Err(self.other_type("float64 or float32")),
-        }
+    fn count(&self) -> usize {
+        self.data.len() / self.header.size
     }
 
-    /// Elements as integers, the last index running fastest.
-    pub(crate) fn integers(&self) -> Result<Vec<i128>, String> {
-        let read: fn(&Self, &[u8]) -> i128 = match (self.header.kind, self.header.size) {
-            ('i', 1) => |array, cell| i8::from_le_bytes(array.little_endian(cell)).into(),
-            ('i', 2) => |array, cell| i16::from_le_bytes(array.little_endian(cell)).into(),
-            ('i', 4) => |array, cell| i32::from_le_bytes(array.little_endian(cell)).into(),
-            ('i', 8) => |array, cell| i64::from_le_bytes(array.little_endian(cell)).into(),
-            ('u', 1) => |array, cell| u8::from_le_bytes(array.little_endian(cell)).into(),
-            ('u', 2) => |array, cell| u16::from_le_bytes(array.little_endian(cell)).into(),
-            ('u', 4) => |array, cell| u32::from_le_bytes(array.little_endian(cell)).into(),
-            ('u', 8) => |array, cell| u64::from_le_bytes(array.little_endian(cell)).into(),
+    /// Elements as numbers.
+    pub(crate) fn into_floats(self) -> Result<Elements<'a, f64>, String> {
+        let read: ReadElements<f64> = match (self.header.kind, self.header.size) {
+            ('f', 8) => |array, elements, to| array.read(elements, to, f64::from_le_bytes),
+            ('f', 4) => |array, elements, to| array.read(elements, to, |cell| f32::from_le_bytes(cell).into()),
+            _ => return Err(self.other_type("float64 or float32")),
+        };
+        Ok(Elements { array: self, read })
+    }
+
+    /// Elements as integers.
+    pub(crate) fn into_integers(self) -> Result<Elements<'a, i128>, String> {
+        let read: ReadElements<i128> = match (self.header.kind, self.header.size) {
+            ('i', 1) => |array, elements, to| array.read(elements, to, |cell| i8::from_le_bytes(cell).into()),
+            ('i', 2) => |array, elements, to| array.read(elements, to, |cell| i16::from_le_bytes(cell).into()),
+            ('i', 4) => |array, elements, to| array.read(elements, to, |cell| i32::from_le_bytes(cell).into()),
+            ('i', 8) => |array, elements, to| array.read(elements, to, |cell| i64::from_le_bytes(cell).into()),
+            ('u', 1) => |array, elements, to| array.read(elements, to, |cell| u8::from_le_bytes(cell).into()),
+            ('u', 2) => |array, elements, to| array.read(elements, to, |cell| u16::from_le_bytes(cell).into()),
+            ('u', 4) => |array, elements, to| array.read(elements, to, |cell| u32::from_le_bytes(cell).into()),
+            ('u', 8) => |array, elements, to| array.read(elements, to, |cell| u64::from_le_bytes(cell).into()),
             _ => return Err(self.other_type("integers")),
         };
-        Ok(self.elements().map(|cell| read(self, cell)).collect())
+        Ok(Elements { array: self, read })
     }
 
-    /// Elements as truth values, the last index running fastest.
-    pub(crate) fn bools(&self) -> Result<Vec<bool>, String> {
-        match self.header.kind {
-            'b' | 'u' | 'i' => Ok(self.elements().map(|cell| cell.iter().any(|byte| *byte != 0)).collect()),
-            _ => Err(self.other_type("bool or uint8")),
-        }
+    /// Elements as truth values.
+    pub(crate) fn into_bools(self) -> Result<Elements<'a, bool>, String> {
+        let read: ReadElements<bool> = match (self.header.kind, self.header.size) {
+            ('b' | 'u' | 'i', 1) => |array, elements, to| array.read(elements, to, |cell| cell != [0; 1]),
+            ('u' | 'i', 2) => |array, elements, to| array.read(elements, to, |cell| cell != [0; 2]),
+            ('u' | 'i', 4) => |array, elements, to| array.read(elements, to, |cell| cell != [0; 4]),
+            ('u' | 'i', 8) => |array, elements, to| array.read(elements, to, |cell| cell != [0; 8]),
+            _ => return Err(self.other_type("bool or uint8")),
+        };
+        Ok(Elements { array: self, read })
     }
 
     /// Elements as text, the last index running fastest.
@@ -102,40 +136,49 @@ impl Array {
         let unsound = || "needed text, found characters that do not exist".to_owned();
         let read = |cell: &[u8]| match self.header.kind {
             'U' => {
-                let code_points = cell.chunks_exact(4).map(|point| u32::from_le_bytes(self.little_endian(point)));
+                let code_points = cell.as_chunks().0.iter().map(|point| u32::from_le_bytes(self.little_endian(*point)));
                 let text: Option<String> = code_points.map(char::from_u32).collect();
                 text.ok_or_else(unsound)
             }
             'S' => String::from_utf8(cell.to_vec()).map_err(|_| unsound()),
             _ => Err(self.other_type("text (dtype str or bytes)")),
         };
+        let cell = |element| &self.data[self.place(element) * self.header.size..][..self.header.size];
         // Texts are padded to the length of the longest.
-        self.elements().map(|cell| read(cell).map(|text| text.trim_end_matches('\0').to_owned())).collect()
+        (0..self.count())
+            .map(|element| read(cell(element)).map(|text| text.trim_end_matches('\0').to_owned()))
+            .collect()
     }
 
-    /// The bytes of each element, the last index running fastest, whatever the order in the file.
-    fn elements(&self) -> impl Iterator<Item = &[u8]> {
-        let Header { shape, size, fortran_order, .. } = &self.header;
-        (0..self.data.len() / size).map(move |element| {
-            let mut place = element;
-            if *fortran_order {
-                let mut stride = self.data.len() / size;
-                (_, place) = shape.iter().rev().fold((element, 0), |(rest, place), length| {
-                    stride /= length;
-                    (rest / length, place + rest % length * stride)
-                });
-            }
-            &self.data[place * size..(place + 1) * size]
-        })
-    }
-
-    fn little_endian<const N: usize>(&self, cell: &[u8]) -> [u8; N] {
-        let mut bytes = [0; N];
-        bytes.copy_from_slice(cell);
-        if self.header.big_endian {
-            bytes.reverse();
+    /// Appends elements of N bytes, each made from its bytes, the lowest first.
+    fn read<const N: usize, T>(&self, elements: Range<usize>, to: &mut Vec<T>, value: impl Fn([u8; N]) -> T) {
+        let (cells, _) = self.data.as_chunks::<N>();
+        if self.header.fortran_order || self.header.big_endian {
+            to.extend(elements.map(|element| value(self.little_endian(cells[self.place(element)]))));
+        } else {
+            to.extend(cells[elements].iter().map(|cell| value(*cell)));
         }
-        bytes
+    }
+
+    /// Where an element is in the file.
+    fn place(&self, element: usize) -> usize {
+        if !self.header.fortran_order {
+            return element;
+        }
+        let (mut stride, mut rest, mut place) = (self.count(), element, 0);
+        for length in self.header.shape.iter().rev() {
+            stride /= length;
+            place += rest % length * stride;
+            rest /= length;
+        }
+        place
+    }
+
+    fn little_endian<const N: usize>(&self, mut cell: [u8; N]) -> [u8; N] {
+        if self.header.big_endian {
+            cell.reverse();
+        }
+        cell
     }
 
     fn other_type(&self, needed: &str) -> String {
@@ -247,12 +290,12 @@ mod tests {
         [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
     }
 
-    fn array(dtype: &str, fortran_order: &str, shape: &str, data: &[u8]) -> Array {
+    fn array(dtype: &str, fortran_order: &str, shape: &str, data: &[u8]) -> Array<'static> {
         let file =
             file(&format!("{{'descr': '{dtype}', 'fortran_order': {fortran_order}, 'shape': {shape}, }}\n"), data);
         let mut rest = &file[..];
         let header = Header::read(&mut rest).expect("a sound header");
-        Array::new(header, rest.to_vec()).expect("as many bytes as announced")
+        Array::new(header, rest.to_vec().into()).expect("as many bytes as announced")
     }
 
     fn refused(header: &str) -> String {
@@ -263,21 +306,39 @@ mod tests {
     fn both_byte_orders_and_both_precisions_are_read() {
         let value = 0.1_f32;
         let wide = f64::from(value);
-        assert_eq!(array("<f4", "False", "(1,)", &value.to_le_bytes()).floats(), Ok(vec![wide]));
-        assert_eq!(array(">f4", "False", "(1,)", &value.to_be_bytes()).floats(), Ok(vec![wide]));
-        assert_eq!(array("<f8", "False", "(1,)", &wide.to_le_bytes()).floats(), Ok(vec![wide]));
-        assert_eq!(array(">f8", "False", "()", &wide.to_be_bytes()).floats(), Ok(vec![wide]));
-        assert_eq!(array(">i2", "False", "(2,)", &[255, 254, 0, 3]).integers(), Ok(vec![-2, 3]));
-        assert_eq!(array("|b1", "False", "(2,)", &[0, 1]).bools(), Ok(vec![false, true]));
+        assert_eq!(
+            array("<f4", "False", "(1,)", &value.to_le_bytes()).into_floats().map(|elements| elements.all()),
+            Ok(vec![wide])
+        );
+        assert_eq!(
+            array(">f4", "False", "(1,)", &value.to_be_bytes()).into_floats().map(|elements| elements.all()),
+            Ok(vec![wide])
+        );
+        assert_eq!(
+            array("<f8", "False", "(1,)", &wide.to_le_bytes()).into_floats().map(|elements| elements.all()),
+            Ok(vec![wide])
+        );
+        assert_eq!(
+            array(">f8", "False", "()", &wide.to_be_bytes()).into_floats().map(|elements| elements.all()),
+            Ok(vec![wide])
+        );
+        assert_eq!(
+            array(">i2", "False", "(2,)", &[255, 254, 0, 3]).into_integers().map(|elements| elements.all()),
+            Ok(vec![-2, 3])
+        );
+        assert_eq!(
+            array("|b1", "False", "(2,)", &[0, 1]).into_bools().map(|elements| elements.all()),
+            Ok(vec![false, true])
+        );
     }
 
     #[test]
     fn elements_in_fortran_order_come_in_c_order() {
         let columns_first = array("|u1", "True", "(2, 3)", &[0, 10, 1, 11, 2, 12]);
-        assert_eq!(columns_first.integers(), Ok(vec![0, 1, 2, 10, 11, 12]));
+        assert_eq!(columns_first.into_integers().map(|elements| elements.all()), Ok(vec![0, 1, 2, 10, 11, 12]));
         let cube = array("|u1", "True", "(2, 2, 2)", &[0, 100, 10, 110, 1, 101, 11, 111]);
-        assert_eq!(cube.integers(), Ok(vec![0, 1, 10, 11, 100, 101, 110, 111]));
-        assert_eq!(array("|u1", "True", "(0, 3)", &[]).integers(), Ok(vec![]));
+        assert_eq!(cube.into_integers().map(|elements| elements.all()), Ok(vec![0, 1, 10, 11, 100, 101, 110, 111]));
+        assert_eq!(array("|u1", "True", "(0, 3)", &[]).into_integers().map(|elements| elements.all()), Ok(vec![]));
     }
 
     #[test]
@@ -291,7 +352,8 @@ mod tests {
 
     #[test]
     fn another_type_is_refused_by_name() {
-        let error = array("<U2", "False", "(1,)", &[0; 8]).floats().expect_err("text");
+        let error =
+            array("<U2", "False", "(1,)", &[0; 8]).into_floats().map(|elements| elements.all()).expect_err("text");
         assert_eq!(error, "needed float64 or float32, found dtype `U2`; convert it with astype");
     }
 
@@ -316,6 +378,6 @@ mod tests {
             Header::read(&mut &file(&header, &[])[..]).expect("a sound header")
         };
         assert_eq!(header("(4294967296, 4294967296, 3)").bytes(), None);
-        assert!(Array::new(header("(2,)"), vec![0; 15]).is_none());
+        assert!(Array::new(header("(2,)"), vec![0; 15].into()).is_none());
     }
 }

@@ -18,15 +18,19 @@
 //! * **Size.** Arrays may not unpack to more than 100 times the file, or 256 MiB; pickled objects and encrypted
 //!   archives are not read.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use jointscope_motion::{Body, Recording, Tracks};
+use jointscope_motion::{Body, MotionError, Recording, Tracks};
 use nalgebra::Point3;
-use zip::ZipArchive;
+use rayon::prelude::*;
+use zip::read::ZipFile;
+use zip::{CompressionMethod, ZipArchive};
 
-use crate::npy::{Array, Header};
+use crate::npy::{Array, Elements, Header};
 use crate::pose_text::body_name;
 use crate::text::quoted;
 use crate::{RecordingError, Unit};
@@ -43,40 +47,77 @@ const ALWAYS_ALLOWED: usize = 256 << 20;
 /// Bytes that arrays may unpack to, per byte of the file.
 const ALLOWED_PER_BYTE: usize = 100;
 
+/// Bodies that one thread reads at a time: enough for their positions in a frame to be long pieces of the file.
+const TOGETHER: usize = 8;
+
 /// Reads points from an archive; `path` names a single body, and is named in errors.
 ///
 /// # Errors
 /// [`RecordingError::File`] for what is said of archives [above](self); [`RecordingError::Motion`], for instance for
 /// an infinite coordinate or a body without any sample.
 pub fn parse(bytes: &[u8], path: &Path, unit: Unit) -> Result<Recording, RecordingError> {
-    let arrays = Archive::open(bytes).and_then(|mut archive| Arrays::read(&mut archive, path, unit));
-    let Arrays { frames, positions, bodies, times } =
-        arrays.map_err(|problem| RecordingError::in_file(path, problem))?;
-    let features = positions.len() / frames;
-    let bodies = bodies.into_iter().map(|(name, columns)| {
-        let samples = positions.chunks_exact(features).flat_map(|frame| columns.iter().map(|column| frame[*column]));
-        let tracks = Tracks::new(columns.len(), samples.collect())?;
-        Body::from_points(name, columns.iter().map(ToString::to_string).collect(), tracks)
-    });
+    let arrays = Archive::open(bytes).and_then(|mut archive| Arrays::read(&mut archive, path));
+    let Arrays { points, bodies, times } = arrays.map_err(|problem| RecordingError::in_file(path, problem))?;
+    // All of them before the first error is looked for, which is then the same one every time.
+    let bodies: Vec<_> = bodies.par_chunks(TOGETHER).flat_map_iter(|bodies| points.bodies(bodies, unit)).collect();
+    let bodies = bodies.into_iter().collect::<Result<_, _>>();
     bodies
-        .collect::<Result<_, _>>()
-        .and_then(|bodies| Recording::new((0..frames as u64).collect(), times, bodies))
+        .and_then(|bodies| Recording::new((0..points.frames as u64).collect(), times, bodies))
         .map_err(RecordingError::motion(path))
 }
 
 /// The content of the arrays.
-struct Arrays {
-    /// At least one.
-    frames: usize,
-    /// Metres, frame-major, NaN if missing; at least one per frame.
-    positions: Vec<Point3<f64>>,
+struct Arrays<'a> {
+    points: Points<'a>,
     /// Name and features of each body.
     bodies: Vec<(String, Vec<usize>)>,
     times: Option<Vec<f64>>,
 }
 
-impl Arrays {
-    fn read(archive: &mut Archive<'_>, path: &Path, unit: Unit) -> Result<Self, String> {
+/// Positions of all features, of which there is at least one in at least one frame.
+struct Points<'a> {
+    frames: usize,
+    features: usize,
+    /// Frame by frame, three of each feature, in the file's unit; NaN if missing.
+    coordinates: Elements<'a, f64>,
+    /// Frame by frame, one of each feature.
+    visibility: Option<Elements<'a, bool>>,
+}
+
+impl Points<'_> {
+    /// Bodies by their names and columns; the file is read from front to back.
+    fn bodies(&self, bodies: &[(String, Vec<usize>)], unit: Unit) -> Vec<Result<Body, MotionError>> {
+        let mut positions: Vec<Vec<Point3<f64>>> =
+            bodies.iter().map(|(_, columns)| Vec::with_capacity(self.frames * columns.len())).collect();
+        let (mut coordinates, mut visible) = (Vec::new(), Vec::new());
+        for frame in 0..self.frames {
+            for ((_, columns), positions) in bodies.iter().zip(&mut positions) {
+                for neighbours in columns.chunk_by(|column, next| column + 1 == *next) {
+                    let first = frame * self.features + neighbours[0];
+                    let features = first..first + neighbours.len();
+                    coordinates.clear();
+                    self.coordinates.append(3 * features.start..3 * features.end, &mut coordinates);
+                    let point = |point: &[f64; 3]| Point3::from(point.map(|length| unit.to_metres(length)));
+                    positions.extend(coordinates.as_chunks().0.iter().map(point));
+                    if let Some(visibility) = &self.visibility {
+                        visible.clear();
+                        visibility.append(features, &mut visible);
+                        let unseen = positions.iter_mut().rev().zip(visible.iter().rev()).filter(|(_, seen)| !**seen);
+                        unseen.for_each(|(position, _)| *position = Point3::from([f64::NAN; 3]));
+                    }
+                }
+            }
+        }
+        let body = |((name, columns), positions): (&(String, Vec<usize>), Vec<Point3<f64>>)| {
+            let labels = columns.iter().map(ToString::to_string).collect();
+            Body::from_points(name, labels, Tracks::new(columns.len(), positions)?)
+        };
+        bodies.iter().zip(positions).map(body).collect()
+    }
+}
+
+impl<'a> Arrays<'a> {
+    fn read(archive: &mut Archive<'a>, path: &Path) -> Result<Self, String> {
         let (name, points) = match archive.array("points")? {
             Some(points) => ("points", points),
             None => ("tracks_XYZ", archive.array("tracks_XYZ")?.ok_or_else(|| archive.no_points())?),
@@ -89,14 +130,9 @@ impl Arrays {
         if frames == 0 || features == 0 {
             return Err(format!("array `{name}`: needed a frame and a feature, found {frames} frames of {features}"));
         }
-        let coordinates = points.floats().map_err(|problem| format!("array `{name}`: {problem}"))?;
-        let point = |p: &[f64]| Point3::new(unit.to_metres(p[0]), unit.to_metres(p[1]), unit.to_metres(p[2]));
-        let mut positions: Vec<_> = coordinates.chunks_exact(3).map(point).collect();
-        if let Some(visible) = archive.values("visibility", &[frames, features], Array::bools)? {
-            let unseen = positions.iter_mut().zip(visible).filter(|(_, visible)| !visible);
-            unseen.for_each(|(position, _)| *position = Point3::from([f64::NAN; 3]));
-        }
-        let ids = archive.values("body_ids", &[features], Array::integers)?;
+        let coordinates = points.into_floats().map_err(|problem| format!("array `{name}`: {problem}"))?;
+        let visibility = archive.elements("visibility", &[frames, features], Array::into_bools)?;
+        let ids = archive.elements("body_ids", &[features], Array::into_integers)?.map(|ids| ids.all());
         let names = match archive.array("body_names")? {
             Some(names) if names.shape().len() == 1 => {
                 Some(names.texts().map_err(|problem| format!("array `body_names`: {problem}"))?)
@@ -104,8 +140,9 @@ impl Arrays {
             Some(names) => return Err(format!("array `body_names`: needed shape (bodies), found {:?}", names.shape())),
             None => None,
         };
-        let times = archive.values("times", &[frames], Array::floats)?;
-        Ok(Self { frames, positions, bodies: bodies(ids, names, features, path)?, times })
+        let times = archive.elements("times", &[frames], Array::into_floats)?.map(|times| times.all());
+        let points = Points { frames, features, coordinates, visibility };
+        Ok(Self { points, bodies: bodies(ids, names, features, path)?, times })
     }
 }
 
@@ -152,6 +189,7 @@ fn bodies(
 
 /// The file, and how many bytes it may still unpack to.
 struct Archive<'a> {
+    bytes: &'a [u8],
     zip: ZipArchive<Cursor<&'a [u8]>>,
     allowed: usize,
 }
@@ -161,47 +199,58 @@ impl<'a> Archive<'a> {
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
             format!("needed an archive of numpy's arrays, found none ({error}); write it with numpy.savez")
         })?;
-        Ok(Self { zip, allowed: ALWAYS_ALLOWED.max(bytes.len().saturating_mul(ALLOWED_PER_BYTE)) })
+        Ok(Self { bytes, zip, allowed: ALWAYS_ALLOWED.max(bytes.len().saturating_mul(ALLOWED_PER_BYTE)) })
     }
 
     /// The array of this name, if there is one.
-    fn array(&mut self, name: &str) -> Result<Option<Array>, String> {
+    fn array(&mut self, name: &str) -> Result<Option<Array<'a>>, String> {
         self.unpack(name).map_err(|problem| format!("array `{name}`: {problem}"))
     }
 
-    fn unpack(&mut self, name: &str) -> Result<Option<Array>, String> {
+    fn unpack(&mut self, name: &str) -> Result<Option<Array<'a>>, String> {
+        let cannot_unpack = |problem: &dyn Display| format!("cannot be unpacked ({problem})");
         let Some(index) = self.zip.index_for_name(&format!("{name}.npy")) else { return Ok(None) };
-        let mut file = self.zip.by_index(index).map_err(|error| format!("cannot be unpacked ({error})"))?;
-        let header = Header::read(&mut file)?;
+        let mut file = self.zip.by_index(index).map_err(|error| cannot_unpack(&error))?;
+        let stored = (file.compression() == CompressionMethod::Stored).then(|| Stored::of(&file, self.bytes));
+        let mut stored = stored.transpose().map_err(|problem| cannot_unpack(&problem))?;
+        let header = match &mut stored {
+            Some(Stored { content, .. }) => Header::read(content),
+            None => Header::read(&mut file),
+        }?;
         let announced = header.bytes().filter(|bytes| *bytes <= self.allowed).ok_or_else(|| {
             format!("shape {:?} is too large for this file; if it is genuine, save without compression", header.shape)
         })?;
         self.allowed -= announced;
-        // One more byte than announced, so that the end of the file and its checksum are seen.
-        let mut data = Vec::new();
-        file.take(announced as u64 + 1)
-            .read_to_end(&mut data)
-            .map_err(|error| format!("cannot be unpacked ({error})"))?;
+        let data = if let Some(stored) = &stored {
+            Cow::Borrowed(stored.content)
+        } else {
+            // One more byte than announced, so that the end of the file and its checksum are seen.
+            let mut data = Vec::new();
+            file.take(announced as u64 + 1).read_to_end(&mut data).map_err(|error| cannot_unpack(&error))?;
+            Cow::Owned(data)
+        };
         let (shape, found) = (format!("{:?}", header.shape), data.len());
         let short = || {
             let more = if found > announced { "more" } else { &found.to_string() };
             format!("shape {shape} needs {announced} bytes, found {more}; the file is damaged, write it again")
         };
-        Array::new(header, data).ok_or_else(short).map(Some)
+        let array = Array::new(header, data).ok_or_else(short)?;
+        stored.map_or(Ok(()), |stored| stored.check()).map_err(|problem| cannot_unpack(&problem))?;
+        Ok(Some(array))
     }
 
     /// The elements of an optional array that must have this shape.
-    fn values<T>(
+    fn elements<T>(
         &mut self,
         name: &str,
         shape: &[usize],
-        read: impl Fn(&Array) -> Result<Vec<T>, String>,
-    ) -> Result<Option<Vec<T>>, String> {
+        elements: impl Fn(Array<'a>) -> Result<Elements<'a, T>, String>,
+    ) -> Result<Option<Elements<'a, T>>, String> {
         let Some(array) = self.array(name)? else { return Ok(None) };
         if array.shape() != shape {
             return Err(format!("array `{name}`: needed shape {shape:?} to fit the points, found {:?}", array.shape()));
         }
-        read(&array).map(Some).map_err(|problem| format!("array `{name}`: {problem}"))
+        elements(array).map(Some).map_err(|problem| format!("array `{name}`: {problem}"))
     }
 
     fn names(&self) -> Vec<String> {
@@ -231,6 +280,42 @@ impl<'a> Archive<'a> {
             }
         }
         Ok(())
+    }
+}
+
+/// A file of the archive that lies there as it is.
+struct Stored<'a> {
+    whole: &'a [u8],
+    /// What is left to read of it.
+    content: &'a [u8],
+    checksum: u32,
+}
+
+impl<'a> Stored<'a> {
+    fn of<R: Read>(file: &ZipFile<'_, R>, archive: &'a [u8]) -> Result<Self, &'static str> {
+        let size = usize::try_from(file.size()).ok().filter(|_| file.size() == file.compressed_size());
+        let start = file.data_start().and_then(|start| usize::try_from(start).ok());
+        let whole = start.zip(size).and_then(|(start, size)| archive.get(start..)?.get(..size));
+        let whole = whole.ok_or("its bytes would lie outside of the archive")?;
+        Ok(Self { whole, content: whole, checksum: file.crc32() })
+    }
+
+    /// Whether the bytes have the checksum that the archive states.
+    fn check(&self) -> Result<(), &'static str> {
+        /// Bytes that one thread sums up at a time.
+        const PIECE: usize = 1 << 20;
+
+        let sum = |bytes: &[u8]| {
+            let mut sum = crc32fast::Hasher::new();
+            sum.update(bytes);
+            sum
+        };
+        let join = |mut sum: crc32fast::Hasher, next: crc32fast::Hasher| {
+            sum.combine(&next);
+            sum
+        };
+        let found = self.whole.par_chunks(PIECE).map(sum).reduce(crc32fast::Hasher::new, join).finalize();
+        if found == self.checksum { Ok(()) } else { Err("its checksum is another one") }
     }
 }
 

@@ -97,9 +97,10 @@ struct Archive<W: Write + Seek>(ZipWriter<W>);
 impl<W: Write + Seek> Archive<W> {
     /// Begins an array: what is written to the archive next are its elements.
     fn array(&mut self, name: &str, dtype: &str, shape: &[usize]) -> Result<(), RecordingError> {
-        // No time stamp: the same recording gives the same bytes. Large: the sizes are not known beforehand.
+        // Positions with noise hardly become smaller, and unpacking takes many times as long as reading. No time stamp:
+        // the same recording gives the same bytes. Large: the sizes are not known beforehand.
         let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Deflated)
+            .compression_method(CompressionMethod::Stored)
             .last_modified_time(DateTime::default())
             .large_file(true);
         self.0.start_file(format!("{name}.npy"), options).map_err(failed)?;

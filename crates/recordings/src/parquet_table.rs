@@ -26,7 +26,7 @@ use parquet::file::serialized_reader::{ReadOptionsBuilder, SerializedFileReader}
 
 use self::cells::{Cell, Column, Kind, caught};
 use crate::columns::{Columns, Content, name};
-use crate::grid::{Place, Rows};
+use crate::grid::{Part, Place, Rows};
 use crate::pose::pose;
 use crate::{RecordingError, Unit};
 
@@ -46,9 +46,11 @@ pub fn parse(bytes: &[u8], path: &Path, unit: Unit) -> Result<Recording, Recordi
     match table.columns.content {
         Content::Points { feature, position } => {
             let sample = |row: &Row<'_>| Ok(Point3::from(row.numbers(position)?.map(|length| unit.to_metres(length))));
-            table.rows(Some(feature), sample, path)?.of_points(path)
+            table.rows(Some(feature), sample, path)?.of_points(path, Place::Row)
         }
-        Content::Poses { values } => table.rows(None, |row| pose(row.numbers(values)?, unit), path)?.of_poses(path),
+        Content::Poses { values } => {
+            table.rows(None, |row| pose(row.numbers(values)?, unit), path)?.of_poses(path, Place::Row)
+        }
     }
 }
 
@@ -92,7 +94,7 @@ impl<'a> Table<'a> {
     }
 
     /// Reads all rows; `feature` is the column of the features' names, `sample` reads the sample.
-    fn rows<T: Copy>(
+    fn rows<T: Copy + Send>(
         self,
         feature: Option<usize>,
         sample: impl Fn(&Row<'_>) -> Result<T, String>,
@@ -100,7 +102,7 @@ impl<'a> Table<'a> {
     ) -> Result<Rows<T>, RecordingError> {
         let in_file = |problem: String| RecordingError::in_file(path, problem);
         let counts = self.counts().map_err(in_file)?;
-        let (mut rows, mut number) = (Rows::new(Place::Row), 0);
+        let (mut rows, mut number) = (Part::default(), 0);
         for (group, count) in counts.into_iter().enumerate() {
             let mut columns = self.group(group, count).map_err(in_file)?;
             for start in (0..count).step_by(BATCH) {
@@ -111,11 +113,12 @@ impl<'a> Table<'a> {
                 for index in 0..BATCH.min(count - start) {
                     number += 1;
                     let row = Row { columns: &self.columns, cells: &cells, index };
-                    let push = row.push(&mut rows, number, feature, &sample);
+                    let push = row.push(&mut rows, feature, &sample);
                     push.map_err(|problem| RecordingError::at_row(path, number, problem))?;
                 }
             }
         }
+        let rows = Rows::of(vec![rows]);
         if rows.is_empty() {
             return Err(in_file("the table has columns but no rows; needed at least one sample".into()));
         }
@@ -172,8 +175,7 @@ struct Row<'a> {
 impl Row<'_> {
     fn push<T: Copy>(
         &self,
-        rows: &mut Rows<T>,
-        number: u64,
+        rows: &mut Part<T>,
         feature: Option<usize>,
         sample: &impl Fn(&Self) -> Result<T, String>,
     ) -> Result<(), String> {
@@ -182,7 +184,7 @@ impl Row<'_> {
         let [mut of_body, mut of_feature] = [const { String::new() }; 2];
         let body = self.name(self.columns.body, "body", &mut of_body)?;
         let feature = feature.map_or(Ok(""), |feature| self.name(feature, "feature", &mut of_feature))?;
-        rows.push(number, frame, time, (body, feature), sample(self)?);
+        rows.push(frame, time, (body, feature), sample(self)?);
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use jointscope_motion::Recording;
 
 use crate::grouping::group;
+use crate::mapped::Bytes;
 use crate::{
     Format, Grouping, Markers, RecordingError, Unit, c3d, csv_table, euroc, motive, npz, pose_text, qualisys, trc,
     vicon,
@@ -69,7 +70,7 @@ fn open(path: &Path, options: &ReadOptions) -> Result<(Content, Format, Unit), R
     if fs::metadata(path).map_err(cannot_read)?.is_dir() {
         return Err(RecordingError::Directory { path: path.into() });
     }
-    let bytes = fs::read(path).map_err(cannot_read)?;
+    let bytes = Bytes::of(path).map_err(cannot_read)?;
     let format = options.format.map_or_else(|| Format::of_file(path, &bytes), Ok)?;
     let unit = options.unit.unwrap_or_default();
     let content = match format {

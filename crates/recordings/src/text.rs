@@ -32,6 +32,14 @@ pub(crate) fn number(cell: &str) -> Result<f64, String> {
     }
 }
 
+/// A cell without the blanks around it; most have none, which its first and last byte tell.
+pub(crate) fn trimmed(cell: &str) -> &str {
+    match cell.as_bytes() {
+        [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic() => cell,
+        _ => cell.trim(),
+    }
+}
+
 /// A text from a file as messages show it: short, and without characters that would disturb a terminal.
 pub(crate) fn quoted(text: &str) -> String {
     const LONGEST: usize = 40;

@@ -98,7 +98,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let settings = std::mem::take(&mut configuration.recording);
-    let recording = with_world(obtain(&settings, arguments, &file)?, &settings, &file)?;
+    let threads = usize::from(arguments.threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::usage)?;
+    let recording = pool.install(|| obtain(&settings, arguments, &file))?;
+    let recording = with_world(recording, &settings, &file)?;
     let pairs = settings.pairs.as_deref();
     Detector::check(&recording, pairs).map_err(|error| refused(&error, &file))?;
     let named = Detector::pairs(&recording, pairs).map_err(|error| refused(&error, &file))?;
@@ -108,8 +111,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         // Found out now, before the work.
         output::make_folder(folder)?;
     }
-    let threads = usize::from(arguments.threads);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::usage)?;
     let wanted = configuration.output.clone();
     let detector = Detector::new(configuration);
     detector.check_base(&recording).map_err(|error| refused(&error, &file))?;

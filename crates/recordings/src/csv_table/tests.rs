@@ -166,6 +166,30 @@ fn a_sparse_table_cannot_ask_for_all_memory() {
     assert!(refused(&format!("{HEADER}{}\n", rows.join("\n"))).contains("20000 frames of 20000 features"));
 }
 
+/// The recording or the message, read in pieces of at least so many bytes.
+fn in_pieces_of(size: usize, text: &str) -> Result<Recording, String> {
+    in_pieces(size, text.as_bytes(), Path::new("a.csv"), Unit::Metre).map_err(|error| error.to_string())
+}
+
+#[test]
+fn pieces_change_neither_recordings_nor_errors() {
+    let names = ["door", "\"wa\nll\"", "\"a \"\"b\"\"\n\n,;\r\n\"", "shelf"];
+    let row = |row: usize| format!("{},{},{},{},{row},2,3\n", row / 8, row / 8, names[row % 4], row % 8 / 4);
+    let sound = (0..40).fold(HEADER.to_owned(), |text, number| text + &row(number));
+    let expected = in_pieces_of(sound.len(), &sound).expect("sound");
+    assert_eq!((expected.frames(), expected.bodies().len()), (5, 4));
+    let texts =
+        ["7,left,door,1,1,2,3\n", "0,0,door,0,1,2,3\n", "0,1,door,9,1,2,3\n", "9,,door,0,1,2,3\n", "9,9,\"door\n"];
+    let damaged = texts.map(|text| sound.clone() + text + &row(100) + "last\n");
+    let errors = damaged.each_ref().map(|text| in_pieces_of(text.len(), text).expect_err("damaged"));
+    for size in 1..sound.len() {
+        assert_eq!(in_pieces_of(size, &sound).as_ref(), Ok(&expected), "{size} bytes");
+        for (text, error) in damaged.iter().zip(&errors) {
+            assert_eq!(in_pieces_of(size, text).as_ref(), Err(error), "{size} bytes");
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn arbitrary_bytes_give_a_recording_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
@@ -177,6 +201,10 @@ proptest! {
         header in prop::sample::select(vec![HEADER, "frame,body,x,y,z,qx,qy,qz,qw\n", "frame;body;feature;x;y;z\r\n"]),
         cells in "([0-9a,;.\"\n\r\t -]|nan|inf|1,1,1,1,1,1\n){0,120}",
     ) {
-        let _ = parse(format!("{header}{cells}").as_bytes(), Path::new("a.csv"), Unit::Metre);
+        let text = format!("{header}{cells}");
+        let whole = in_pieces_of(text.len(), &text);
+        for size in [1, 7, 50] {
+            prop_assert_eq!(&in_pieces_of(size, &text), &whole);
+        }
     }
 }

@@ -11,14 +11,36 @@ use super::*;
 type Entry<'a> = (&'a str, &'a str, &'a str, &'a [u8]);
 
 fn archive(entries: &[Entry<'_>]) -> Vec<u8> {
+    packed(entries, CompressionMethod::Deflated)
+}
+
+fn stored(entries: &[Entry<'_>]) -> Vec<u8> {
+    packed(entries, CompressionMethod::Stored)
+}
+
+fn packed(entries: &[Entry<'_>], method: CompressionMethod) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, dtype, shape, data) in entries {
         let header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}\n");
-        let length = u16::try_from(header.len()).expect("a short header").to_le_bytes();
-        zip.start_file(format!("{name}.npy"), SimpleFileOptions::default()).expect("begun");
-        zip.write_all(&[b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()).expect("written");
+        zip.start_file(format!("{name}.npy"), SimpleFileOptions::default().compression_method(method)).expect("begun");
+        zip.write_all(&array(&header, data)).expect("written");
     }
     zip.finish().expect("finished").into_inner()
+}
+
+fn array(header: &str, data: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(header.len()).expect("a short header").to_le_bytes();
+    [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
+}
+
+/// The message with which an archive is refused.
+fn refuse(bytes: &[u8]) -> String {
+    parse(bytes, Path::new("a.npz"), Unit::Metre).expect_err("refused").to_string()
+}
+
+/// Where the directory at the end of an archive begins.
+fn directory(archive: &[u8]) -> usize {
+    archive.windows(4).position(|bytes| bytes == b"PK\x01\x02").expect("a directory")
 }
 
 fn read(entries: &[Entry<'_>]) -> Result<Recording, RecordingError> {
@@ -180,24 +202,12 @@ fn shapes_are_checked_before_memory_is_asked_for() {
 
 #[test]
 fn damaged_and_encrypted_archives_are_refused() {
-    let stored = |name: &str| {
-        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        let options = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-        zip.start_file(name, options).expect("begun");
-        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 3), }\n";
-        let length = u16::try_from(header.len()).expect("a short header").to_le_bytes();
-        let array = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &[0; 24]].concat();
-        zip.write_all(&array).expect("written");
-        zip.finish().expect("finished").into_inner()
-    };
-    let refuse = |bytes: &[u8]| parse(bytes, Path::new("a.npz"), Unit::Metre).expect_err("refused").to_string();
-
-    let sound = stored("points.npy");
+    let sound = stored(&[("points", "<f8", "(1, 1, 3)", &[0; 24])]);
     assert!(parse(&sound, Path::new("a.npz"), Unit::Metre).is_ok());
-    let directory = sound.windows(4).position(|bytes| bytes == b"PK\x01\x02").expect("a directory");
+    let directory = directory(&sound);
     let mut damaged = sound.clone();
     damaged[directory - 1] ^= 1;
-    assert!(refuse(&damaged).contains("array `points`: cannot be unpacked"), "{}", refuse(&damaged));
+    assert!(refuse(&damaged).contains("array `points`: cannot be unpacked (its checksum is"), "{}", refuse(&damaged));
     let mut encrypted = sound.clone();
     // The flags of the entry, in its own header and in the directory.
     encrypted[6] |= 1;
@@ -208,6 +218,76 @@ fn damaged_and_encrypted_archives_are_refused() {
     }
 }
 
+#[test]
+fn stored_and_deflated_arrays_give_the_same_recording() {
+    let value = |at: usize| at as f64 / 8.;
+    let wide: Vec<f64> = (0..12).map(value).collect();
+    let turned: Vec<f64> = (0..12).map(|at| value([0, 6, 3, 9, 1, 7, 4, 10, 2, 8, 5, 11][at])).collect();
+    let big: Vec<u8> = wide.iter().flat_map(|value| value.to_be_bytes()).collect();
+    #[expect(clippy::cast_possible_truncation, reason = "eighths are exact")]
+    let narrow: Vec<u8> = wide.iter().flat_map(|value| (*value as f32).to_le_bytes()).collect();
+    let expected = read(&[("points", "<f8", "(2, 2, 3)", &bytes(&wide))]).expect("sound");
+    for (dtype, order, data) in [
+        ("<f8", "False", bytes(&wide)),
+        ("<f8", "True", bytes(&turned)),
+        (">f8", "False", big),
+        ("<f4", "False", narrow),
+    ] {
+        // Headers of every length, so that elements begin at any byte.
+        for blanks in 0..8 {
+            for method in [CompressionMethod::Stored, CompressionMethod::Deflated] {
+                let blanks = " ".repeat(blanks);
+                let header =
+                    format!("{{'descr': '{dtype}', 'fortran_order': {order}, 'shape': (2, 2, 3), {blanks}}}\n");
+                let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+                let options = SimpleFileOptions::default().compression_method(method);
+                zip.start_file("points.npy", options).expect("begun");
+                zip.write_all(&array(&header, &data)).expect("written");
+                let archive = zip.finish().expect("finished").into_inner();
+                let found = parse(&archive, Path::new("fridge.npz"), Unit::Metre).expect("sound");
+                assert_eq!(found, expected, "{dtype}, Fortran order {order}, {method}");
+            }
+        }
+    }
+}
+
+#[test]
+fn stored_arrays_that_claim_other_sizes_are_refused() {
+    let entry = |shape| stored(&[("points", "<f8", shape, &[0; 24])]);
+    assert!(refuse(&entry("(4000000000, 4000000000, 3)")).contains("is too large for this file"));
+    assert!(refuse(&entry("(1000000000, 1, 3)")).contains("is too large for this file"));
+    assert!(refuse(&entry("(2, 1, 3)")).contains("needs 48 bytes, found 24"));
+    assert!(refuse(&entry("(0, 1, 3)")).contains("needs 0 bytes, found more"));
+
+    // The sizes in the directory: packed, and unpacked.
+    let sound = entry("(1, 1, 3)");
+    let directory = directory(&sound);
+    for (both, message) in [(true, "its bytes would lie outside of the archive"), (false, "cannot be unpacked")] {
+        let mut longer = sound.clone();
+        longer[directory + 24..directory + 28].copy_from_slice(&100_000_u32.to_le_bytes());
+        if both {
+            longer[directory + 20..directory + 24].copy_from_slice(&100_000_u32.to_le_bytes());
+        }
+        assert!(refuse(&longer).contains(message), "{}", refuse(&longer));
+    }
+}
+
+#[test]
+fn stored_arrays_that_lie_over_each_other_are_read_as_they_stand_or_refused() {
+    let points = points();
+    let sound = stored(&[("points", "<f8", "(2, 2, 3)", &points), ("times", "<f8", "(2,)", &bytes(&[0.5, 0.75]))]);
+    let times = sound.windows(9).rposition(|name| name == b"times.npy").expect("an entry") - 46;
+    // Where the directory says that the header of `times` is: everywhere in the archive.
+    for offset in 0..u32::try_from(sound.len()).expect("short") {
+        let mut moved = sound.clone();
+        moved[times + 42..times + 46].copy_from_slice(&offset.to_le_bytes());
+        match parse(&moved, Path::new("a.npz"), Unit::Metre) {
+            Ok(recording) => assert_eq!(recording.times(), Some(&[0.5, 0.75][..]), "at {offset}"),
+            Err(error) => assert!(error.to_string().starts_with("a.npz: "), "{error}"),
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn arbitrary_bytes_give_a_recording_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
@@ -215,8 +295,12 @@ proptest! {
     }
 
     #[test]
-    fn a_changed_byte_gives_a_recording_or_an_error(place in any::<prop::sample::Index>(), byte in any::<u8>()) {
-        let mut archive = archive(&[
+    fn a_changed_byte_gives_a_recording_or_an_error(
+        place in any::<prop::sample::Index>(),
+        byte in any::<u8>(),
+        pack in prop::sample::select(vec![archive, stored]),
+    ) {
+        let mut archive = pack(&[
             ("points", "<f8", "(2, 2, 3)", &points()),
             ("body_ids", "|u1", "(2,)", &[1, 0]),
             ("body_names", "<U1", "(2,)", &[97, 0, 0, 0, 98, 0, 0, 0]),
