@@ -1,7 +1,7 @@
 //! Asking for memory before it is read.
 //!
-//! The only `unsafe` of the project. Safe Rust has no way to ask for memory ahead, and one pass over more positions than
-//! caches hold takes half as long again without: a processor asks ahead by itself, but not over the ends of pages.
+//! Safe Rust has no way to do so, and one pass over more positions than caches hold takes half as long again without: a
+//! processor asks ahead by itself, but not over the ends of pages.
 
 /// Bytes ahead of those that are read at which memory is asked for: what comes while a few frames are worked on.
 const AHEAD: usize = 6 << 10;
