@@ -13,6 +13,7 @@ use crate::noise::{Deformation, Residuals, Spread, Trust, believed_drift, lag_on
 use crate::poses::{Shape, chained, chained_from_the_best, first, rebase_to, settle, spread};
 use crate::relative_motion::Path;
 use crate::robust::{Registered, register_robustly};
+use crate::settled::{Settled, settled};
 use crate::start::first_pose;
 use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
@@ -23,8 +24,6 @@ use crate::{
 
 /// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
 const SHAPE_ROUNDS: usize = 50;
-/// Rounds that bring the shape behind `chained` and `first` poses close enough to measure noise.
-const NOISE_ROUNDS: usize = 3;
 /// Uncertainty of the turn about the features' line above which that turn counts as unobserved, radians.
 const VAGUE_TURN: f64 = 0.3;
 /// Distance, in standard deviations of a coordinate, that noise does not explain: of a million Gaussian samples not one
@@ -87,10 +86,11 @@ pub struct Outlier {
 }
 
 impl Outlier {
-    fn among(residuals: &Residuals, shape: &Shape) -> Option<Self> {
-        let ((frame, feature, distance), noise) = residuals.worst.zip(residuals.typical)?;
-        let wild = distance > (WILD * noise).max(ROUNDING * spread(shape).trace().sqrt());
-        wild.then_some(Self { frame, feature, distance, noise })
+    fn found(settled: &Settled, tracks: &Tracks) -> Option<Self> {
+        let noise = settled.noisy.typical?;
+        let least = (WILD * noise).max(ROUNDING * spread(&settled.shape).trace().sqrt());
+        let (frame, feature, distance) = settled.worst_beyond(tracks, least)?;
+        (distance > least).then_some(Self { frame, feature, distance, noise })
     }
 }
 
@@ -174,36 +174,44 @@ impl<'r> BodyMotion<'r> {
 
     /// Takes over poses, noise and shape of a registration.
     fn take(&mut self, mut registered: Registered, tracks: &Tracks, settings: &MotionSettings) {
-        let robust = settings.robust && settings.registration == Registration::Shape;
-        let features = tracks.features();
+        if settings.robust && settings.registration == Registration::Shape {
+            return self.take_robust(registered, tracks, settings);
+        }
         // Thesis registrations fit no shape: theirs is settled on the side, to measure noise.
-        let settled =
-            (!robust).then(|| settle(tracks, registered.poses.clone(), NOISE_ROUNDS)).map(|(poses, shape)| {
-                registered.shape = shape;
-                poses
-            });
-        let residuals = |registered: &Registered| {
-            let poses = settled.as_ref().unwrap_or(&registered.poses);
-            Residuals::of(tracks, poses, &registered.shape, |t, f| registered.used[t * features + f])
+        let settled = settled(tracks, registered.poses.clone());
+        let sigma = match settings.noise {
+            NoiseSetting::Known(sigma) => Some(sigma),
+            NoiseSetting::Estimate => settled.noisy.sigma,
         };
-        let found = residuals(&registered);
+        self.spread = Spread { across: sigma.unwrap_or(0.0), along: sigma.unwrap_or(0.0) };
+        self.noise.position = settled.noisy.sigma;
+        self.outlier = Outlier::found(&settled, tracks);
+        self.drift = settled.drift;
+        self.unposed = vague_turn(&settled.shape, settled.noisy.typical);
+        registered.shape = settled.shape;
+        self.poses.clone_from(&registered.poses);
+        self.registered = Some(registered);
+    }
+
+    /// The same of a registration to the body's shape that left out what is wild.
+    fn take_robust(&mut self, mut registered: Registered, tracks: &Tracks, settings: &MotionSettings) {
+        let features = tracks.features();
+        let used = |registered: &Registered, t: usize, f: usize| registered.used[t * features + f];
+        let counts = |t, f| used(&registered, t, f);
+        let found = Residuals::of(tracks, &registered.poses, &registered.shape, counts).noisy;
+        let estimate = settings.noise == NoiseSetting::Estimate;
         let sigma = match settings.noise {
             NoiseSetting::Known(sigma) => Some(sigma),
             NoiseSetting::Estimate => found.sigma,
         };
         let equal = Spread { across: sigma.unwrap_or(0.0), along: sigma.unwrap_or(0.0) };
-        self.spread = match (robust, settings.noise, sigma) {
-            (true, NoiseSetting::Estimate, Some(sigma)) => depth::refine(tracks, &mut registered, sigma),
+        self.spread = match sigma {
+            Some(sigma) if estimate => depth::refine(tracks, &mut registered, sigma),
             _ => equal,
         };
         self.noise.position = if self.spread == equal { found.sigma } else { Some(self.spread.mean()) };
-        if !robust {
-            self.outlier = Outlier::among(&found, &registered.shape);
-        }
-        self.drift = lag_one(tracks, settled.as_ref().unwrap_or(&registered.poses), &registered.shape, |t, f| {
-            registered.used[t * features + f]
-        });
-        if robust && believed_drift(self.drift, tracks.frames()) > 0.0 && settings.noise == NoiseSetting::Estimate {
+        self.drift = lag_one(tracks, &registered.poses, &registered.shape, |t, f| used(&registered, t, f));
+        if estimate && believed_drift(self.drift, tracks.frames()) > 0.0 {
             let factor = noise::hidden_by_drift(self.drift, tracks, &registered.used);
             self.spread = Spread { across: factor * self.spread.across, along: factor * self.spread.along };
             self.noise.position = self.noise.position.map(|sigma| factor * sigma);

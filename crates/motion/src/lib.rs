@@ -40,6 +40,7 @@ mod rotation_in_lanes;
 mod scale;
 mod selection;
 mod settings;
+mod settled;
 mod start;
 mod tracked;
 mod tracks;

@@ -6,7 +6,7 @@ use crate::flat_rows::sums_of_places;
 use crate::{Pose, RegistrationError, Tracks, noise, register, register_frames};
 
 /// Change of the shape, as a share of its size, at which the alternation has converged.
-const SHAPE_CONVERGED: f64 = 1e-11;
+pub(crate) const SHAPE_CONVERGED: f64 = 1e-11;
 
 /// Positions of the features in the body's coordinates, metres, where known.
 pub(crate) type Shape = Vec<Option<Point3<f64>>>;
@@ -112,13 +112,13 @@ pub(crate) fn rebase_to(start: &Pose, poses: &mut [Option<Pose>], shape: &mut Sh
 }
 
 /// Mean of every feature's positions in the body's coordinates; exact repetitions of a frame count once.
-fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
+pub(crate) fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
     let sums = sums_of_places(tracks, noise::fresh(tracks, poses), None);
     sums.into_iter().map(|(count, sum)| (count > 0.0).then(|| Point3::from(sum / count))).collect()
 }
 
 /// Largest distance that a feature's position moved, metres.
-fn change(before: &Shape, after: &Shape) -> f64 {
+pub(crate) fn change(before: &Shape, after: &Shape) -> f64 {
     let moved = |(a, b): (&Option<Point3<f64>>, &Option<Point3<f64>>)| match (a, b) {
         (Some(a), Some(b)) => nalgebra::distance(a, b),
         (None, None) => 0.0,

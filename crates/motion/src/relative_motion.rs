@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Vector3, distance};
 
+use crate::flat_rows::way;
 use crate::{BodyMotion, Columns, Pose, PoseSeries, Tracks, extent, path_length, path_length_of_rows};
 
 /// Why one body's motion cannot be seen from another.
@@ -318,15 +319,9 @@ impl Path {
 
     /// The same where every frame shows all features.
     fn of_all(tracks: &Tracks, frames: &[usize]) -> Self {
-        let mut path = Self::default();
-        for step in frames.windows(2) {
-            let (from, to) = (tracks.frame(step[0]), tracks.frame(step[1]));
-            path.length += from.iter().zip(to).map(|(from, to)| distance(from, to)).sum::<f64>();
-            path.steps += (step[1] - step[0]) * tracks.features();
-        }
-        let points = frames.iter().flat_map(|&frame| tracks.frame(frame));
-        path.magnitude = points.fold(0.0_f64, |m, p| m.max(p.x.abs()).max(p.y.abs()).max(p.z.abs()));
-        path
+        let steps = frames.last().zip(frames.first()).map_or(0, |(last, first)| last - first);
+        // The largest coordinate of all frames says as well what rounding explains.
+        Self { length: way(tracks, frames), steps: steps * tracks.features(), magnitude: tracks.magnitude() }
     }
 
     /// Of one feature.

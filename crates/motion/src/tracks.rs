@@ -18,6 +18,7 @@ pub struct Tracks {
     positions: Vec<Point3<f64>>,
     visible: Vec<u64>,
     words: usize,
+    magnitude: f64,
 }
 
 impl Tracks {
@@ -32,6 +33,7 @@ impl Tracks {
         }
         let words = features.div_ceil(64);
         let mut visible = vec![0; words * frames];
+        let mut magnitude = 0.0_f64;
         if features > 0 {
             for (row, bits) in positions.chunks_exact_mut(features).zip(visible.chunks_exact_mut(words)) {
                 for (feature, point) in row.iter_mut().enumerate() {
@@ -39,18 +41,19 @@ impl Tracks {
                         *point = Point3::origin();
                     } else {
                         bits[feature / 64] |= 1 << (feature % 64);
+                        magnitude = magnitude.max(point.coords.amax());
                     }
                 }
             }
         }
-        Ok(Self { features, positions, visible, words })
+        Ok(Self { features, positions, visible, words, magnitude })
     }
 
     /// All positions multiplied by a positive factor.
     #[must_use]
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         let positions = self.positions.iter().map(|position| position * factor).collect();
-        Self { positions, visible: self.visible.clone(), ..*self }
+        Self { positions, visible: self.visible.clone(), magnitude: factor * self.magnitude, ..*self }
     }
 
     /// Number of frames.
@@ -61,6 +64,11 @@ impl Tracks {
     /// Number of features.
     pub fn features(&self) -> usize {
         self.features
+    }
+
+    /// The largest coordinate of any observed sample, by its size, metres.
+    pub fn magnitude(&self) -> f64 {
+        self.magnitude
     }
 
     /// All positions of one frame, in metres, one per feature; missing ones are at the origin.
