@@ -124,7 +124,6 @@ impl<'r> BodyMotion<'r> {
             Ok(registered) => motion.take(registered, tracks, settings),
             Err(reason) => motion.unposed = Some(reason.to_string()),
         }
-        let features = tracks.features();
         if motion.unposed.is_some() {
             motion.poses.fill(None);
             motion.line = Line::of(tracks, |_, _| true);
@@ -133,7 +132,7 @@ impl<'r> BodyMotion<'r> {
         } else if let Some(registered) = &motion.registered
             && is_line(&registered.shape, motion.spread.mean())
         {
-            motion.line = Line::of(tracks, |frame, feature| registered.used[frame * features + feature]);
+            motion.line = Line::of(tracks, |frame, feature| registered.uses(frame, feature));
         }
         if let NoiseSetting::Known(sigma) = settings.noise {
             motion.noise.position = Some(sigma);
@@ -195,9 +194,7 @@ impl<'r> BodyMotion<'r> {
 
     /// The same of a registration to the body's shape that left out what is wild.
     fn take_robust(&mut self, mut registered: Registered, tracks: &Tracks, settings: &MotionSettings) {
-        let features = tracks.features();
-        let used = |registered: &Registered, t: usize, f: usize| registered.used[t * features + f];
-        let counts = |t, f| used(&registered, t, f);
+        let counts = |t, f| registered.uses(t, f);
         let found = Residuals::of(tracks, &registered.poses, &registered.shape, counts).noisy;
         let estimate = settings.noise == NoiseSetting::Estimate;
         let sigma = match settings.noise {
@@ -210,9 +207,9 @@ impl<'r> BodyMotion<'r> {
             _ => equal,
         };
         self.noise.position = if self.spread == equal { found.sigma } else { Some(self.spread.mean()) };
-        self.drift = lag_one(tracks, &registered.poses, &registered.shape, |t, f| used(&registered, t, f));
+        self.drift = lag_one(tracks, &registered.poses, &registered.shape, |t, f| registered.uses(t, f));
         if estimate && believed_drift(self.drift, tracks.frames()) > 0.0 {
-            let factor = noise::hidden_by_drift(self.drift, tracks, &registered.used);
+            let factor = noise::hidden_by_drift(self.drift, tracks, registered.used.as_deref().unwrap_or_default());
             self.spread = Spread { across: factor * self.spread.across, along: factor * self.spread.along };
             self.noise.position = self.noise.position.map(|sigma| factor * sigma);
         }
@@ -365,7 +362,6 @@ impl<'r> BodyMotion<'r> {
                 let [position, rotation] = [self.noise.position, self.noise.rotation].map(Option::unwrap_or_default);
                 return of_tracked(position, rotation, replaced, REPLACED);
             }
-            let features = self.tracks.features();
             let Some(registered) = &self.registered else {
                 let Some(line) = &self.line else { return vec![Matrix6::zeros(); self.poses.len()] };
                 return of_registered(
@@ -377,7 +373,7 @@ impl<'r> BodyMotion<'r> {
                     &centre,
                 );
             };
-            let used = |frame: usize, feature: usize| registered.used[frame * features + feature];
+            let used = |frame: usize, feature: usize| registered.uses(frame, feature);
             let (poses, shape) =
                 self.line.as_ref().map_or((&registered.poses, &registered.shape), |line| (&line.poses, &line.shape));
             of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)

@@ -53,7 +53,7 @@ pub use body_motion::{BodyMotion, Noise, Outlier};
 pub use columns::Columns;
 pub use depth_gain::{DepthGain, Undone, undo_depth_gain};
 pub use error::MotionError;
-pub use extent::{extent, extent_of_rows, path_length, path_length_of_rows};
+pub use extent::{Extents, extent, extent_of_rows, path_length, path_length_of_rows};
 pub use leaps::{Leaps, leaps};
 pub use noise::Deformation;
 pub use play::Play;

@@ -1,8 +1,6 @@
 //! `thesis-prismatic`: all trajectories inside one straight tube, and of one length.
 
-use jointscope_motion::{
-    Columns, RelativeMotion, Trajectory, extent, extent_of_rows, path_length, path_length_of_rows,
-};
+use jointscope_motion::{Columns, Extents, RelativeMotion, Trajectory, extent, path_length, path_length_of_rows};
 use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -179,7 +177,8 @@ impl ThesisPrismatic {
     fn see_rows(&self, columns: &Columns) -> Option<Seen> {
         let features = 0..columns.features();
         let count = features.len() as f64;
-        let extents: Vec<f64> = features.clone().map(|feature| extent_of_rows(columns.rows(feature))).collect();
+        let mut alike = Extents::default();
+        let extents: Vec<f64> = features.clone().map(|feature| alike.of_rows(columns.rows(feature))).collect();
         let path = |feature: usize| path_length_of_rows(columns.rows(feature), columns.frames());
         let longest = match self.longest {
             Longest::Extent => first_longest(&extents),
@@ -187,12 +186,8 @@ impl ThesisPrismatic {
         };
         let tube = Tube::along((0..columns.frames()).map(|index| columns.point(longest, index)))?;
         let mut sections = vec![Section::default(); self.section_count(columns.frames() * features.len())];
-        let mut tallied = Tallied {
-            line: tube.direction.into_inner() * tube.length,
-            radius: self.tube_radius,
-            overshoot: self.overshoot,
-            sections: &mut sections,
-        };
+        let line = tube.direction.into_inner() * tube.length;
+        let mut tallied = Tallied::new(line, self.tube_radius, self.overshoot, &mut sections);
         let squares: f64 = features.clone().map(|feature| along_tube(columns, feature, &mut tallied)).sum();
         let greatest = extents.iter().copied().fold(0.0, f64::max);
         Some(Seen {

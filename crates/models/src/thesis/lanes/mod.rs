@@ -25,6 +25,16 @@ use pulp::Simd;
 
 /// Frames that are filled up together: the lanes of the widest registers.
 const BLOCK: usize = 8;
+/// Adding and subtracting this rounds to a whole number.
+const ROUNDS: f64 = 6_755_399_441_055_744.0;
+/// What is added to a small whole number that its bits are to show: 2⁵².
+const SHOWS_BITS: f64 = 4_503_599_627_370_496.0;
+
+/// The whole number to which [`SHOWS_BITS`] was added.
+#[inline(always)]
+fn bits_shown(number: f64) -> usize {
+    (number.to_bits() & 0xFFFF_FFFF) as usize
+}
 
 /// The registers of three rows.
 #[inline(always)]
