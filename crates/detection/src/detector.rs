@@ -91,7 +91,13 @@ impl Detector {
             watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
             judged
         };
-        let mut judged: Vec<PairDetection> = pairs.par_iter().map(judge).collect();
+        // One moving body after another, so that its positions stay in the cache for all who see it move.
+        let mut order: Vec<usize> = (0..pairs.len()).collect();
+        order.sort_by_key(|&number| (pairs[number].1, pairs[number].0));
+        let mut numbered: Vec<(usize, PairDetection)> =
+            order.par_iter().map(|&number| (number, judge(&pairs[number]))).collect();
+        numbered.sort_by_key(|(number, _)| *number);
+        let mut judged: Vec<PairDetection> = numbered.into_iter().map(|(_, pair)| pair).collect();
         let scales = (self.configuration.scale.search == ScaleSearch::ClosedForm).then(|| {
             let shown = self.agree_on_scales(&watched, &pairs, &mut judged);
             factors(watched.len(), base, &shown)

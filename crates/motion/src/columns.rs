@@ -3,6 +3,8 @@
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
 #![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
+use std::ops::Range;
+
 use bytemuck::cast_slice;
 use nalgebra::Point3;
 use pulp::{Arch, Simd, WithSimd};
@@ -14,24 +16,59 @@ const BLOCK: usize = 8;
 /// Blocks whose rows are written together, so that each row is visited for more than one register.
 const TOGETHER: usize = 4;
 
+/// Numbers that are kept, 32 MB of them; trajectories that have more are computed anew for everyone who looks at them.
+const KEPT: usize = 1 << 22;
+/// Numbers that are computed together then, 16 MB of them.
+const BLOCKWISE: usize = 1 << 21;
+
 /// Positions of the features of a body all of which are seen in all frames that count, in the reference body's
 /// coordinates, metres.
 ///
-/// # Convention
-/// A feature has three rows, of its x, y and z, with frames side by side, so that a register holds a coordinate of
-/// several frames. Rows are filled up to whole registers with the position of the first frame; [`Columns::weights`] is
-/// 1 for frames and 0 for what is filled up.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Columns {
-    frames: usize,
-    weights: Vec<f64>,
-    numbers: Vec<f64>,
+/// # Memory
+/// Those of a long recording are not kept as a whole: features are looked at one after another, and some of them exist at
+/// a time.
+#[derive(Debug, Clone, Copy)]
+pub struct Columns<'a> {
+    tracks: &'a Tracks,
+    frames: &'a [usize],
+    placed: &'a Placed,
 }
 
-impl Columns {
+/// One feature's positions: three rows, of its x, y and z, with frames side by side, so that a register holds a coordinate
+/// of several frames.
+///
+/// # Convention
+/// Rows are filled up to whole registers with the position of the first frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Rows<'a> {
+    /// x, y and z, metres.
+    pub coordinates: [&'a [f64]; 3],
+    /// 1 for every frame, and 0 for what rows are filled up with.
+    pub weights: &'a [f64],
+    /// Number of frames.
+    pub frames: usize,
+}
+
+impl Rows<'_> {
+    /// The position in the frame of that index among those that count, metres.
+    pub fn point(&self, index: usize) -> Point3<f64> {
+        let [x, y, z] = self.coordinates;
+        Point3::new(x[index], y[index], z[index])
+    }
+}
+
+/// What columns are computed from, and the columns themselves unless these are many.
+#[derive(Debug, Clone)]
+pub(crate) struct Placed {
+    poses: Vec<Pose>,
+    weights: Vec<f64>,
+    numbers: Option<Vec<f64>>,
+}
+
+impl Placed {
     /// A body's features where the poses `target_from_recording` of some frames put them; `None` unless all are seen in
     /// all of these frames.
-    pub(crate) fn of(tracks: &Tracks, frames: &[usize], poses: &[Pose]) -> Option<Self> {
+    pub(crate) fn of(tracks: &Tracks, frames: &[usize], poses: Vec<Pose>) -> Option<Self> {
         let features = tracks.features();
         if frames.is_empty() || features == 0 || frames.iter().any(|&frame| tracks.seen_count(frame) < features) {
             return None;
@@ -39,54 +76,94 @@ impl Columns {
         let row = frames.len().next_multiple_of(BLOCK);
         let mut weights = vec![1.0; frames.len()];
         weights.resize(row, 0.0);
-        let mut numbers = vec![0.0; 3 * features * row];
-        Arch::new().dispatch(Placed { tracks, frames, poses, row, numbers: &mut numbers });
-        Some(Self { frames: frames.len(), weights, numbers })
+        let mut placed = Self { poses, weights, numbers: None };
+        if 3 * features * row <= KEPT {
+            let mut numbers = vec![0.0; 3 * features * row];
+            placed.place(tracks, frames, 0..features, &mut numbers);
+            placed.numbers = Some(numbers);
+        }
+        Some(placed)
+    }
+
+    fn place(&self, tracks: &Tracks, frames: &[usize], features: Range<usize>, numbers: &mut [f64]) {
+        let (poses, row) = (&self.poses[..], self.weights.len());
+        Arch::new().dispatch(Place { tracks, frames, poses, row, features, numbers });
+    }
+
+    fn rows<'a>(&'a self, numbers: &'a [f64], feature: usize, frames: usize) -> Rows<'a> {
+        let row = self.weights.len();
+        let coordinates = [0, 1, 2].map(|axis| &numbers[(3 * feature + axis) * row..][..row]);
+        Rows { coordinates, weights: &self.weights, frames }
+    }
+}
+
+impl<'a> Columns<'a> {
+    pub(crate) fn new(tracks: &'a Tracks, frames: &'a [usize], placed: &'a Placed) -> Self {
+        Self { tracks, frames, placed }
     }
 
     /// Number of features.
     pub fn features(&self) -> usize {
-        self.numbers.len() / (3 * self.weights.len())
+        self.tracks.features()
     }
 
     /// Number of frames.
     pub fn frames(&self) -> usize {
-        self.frames
+        self.frames.len()
     }
 
-    /// 1 for every frame, and 0 for what rows are filled up with.
-    pub fn weights(&self) -> &[f64] {
-        &self.weights
+    /// Looks at the rows of all features, one after another.
+    pub fn for_each(&self, mut look: impl FnMut(usize, Rows<'_>)) {
+        let (features, placed) = (self.features(), self.placed);
+        if let Some(numbers) = &placed.numbers {
+            (0..features).for_each(|feature| look(feature, placed.rows(numbers, feature, self.frames())));
+            return;
+        }
+        let row = placed.weights.len();
+        let together = (BLOCKWISE / (3 * row)).clamp(1, features);
+        let mut numbers = vec![0.0; 3 * together * row];
+        for first in (0..features).step_by(together) {
+            let block = first..(first + together).min(features);
+            placed.place(self.tracks, self.frames, block.clone(), &mut numbers);
+            block.for_each(|feature| look(feature, placed.rows(&numbers, feature - first, self.frames())));
+        }
     }
 
-    /// The rows of a feature: its x, its y and its z, metres.
-    pub fn rows(&self, feature: usize) -> [&[f64]; 3] {
-        let row = self.weights.len();
-        [0, 1, 2].map(|axis| &self.numbers[(3 * feature + axis) * row..][..row])
+    /// What the rows of all features show, one after another.
+    pub fn map<R>(&self, mut look: impl FnMut(usize, Rows<'_>) -> R) -> Vec<R> {
+        let mut all = Vec::with_capacity(self.features());
+        self.for_each(|feature, rows| all.push(look(feature, rows)));
+        all
     }
 
-    /// The position of a feature in the frame of that index among those that count, metres.
-    pub fn point(&self, feature: usize, index: usize) -> Point3<f64> {
-        let [x, y, z] = self.rows(feature);
-        Point3::new(x[index], y[index], z[index])
+    /// What the rows of one feature show.
+    pub fn of<R>(&self, feature: usize, look: impl FnOnce(Rows<'_>) -> R) -> R {
+        let placed = self.placed;
+        if let Some(numbers) = &placed.numbers {
+            return look(placed.rows(numbers, feature, self.frames()));
+        }
+        let mut numbers = vec![0.0; 3 * placed.weights.len()];
+        placed.place(self.tracks, self.frames, feature..feature + 1, &mut numbers);
+        look(placed.rows(&numbers, 0, self.frames()))
     }
 }
 
-struct Placed<'a> {
+struct Place<'a> {
     tracks: &'a Tracks,
     frames: &'a [usize],
     poses: &'a [Pose],
     row: usize,
+    features: Range<usize>,
     numbers: &'a mut [f64],
 }
 
-impl WithSimd for Placed<'_> {
+impl WithSimd for Place<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { tracks, frames, poses, row, numbers } = self;
-        let coordinates = 3 * tracks.features();
+        let Self { tracks, frames, poses, row, features, numbers } = self;
+        let coordinates = 3 * features.len();
         let width = coordinates.next_multiple_of(BLOCK);
         let mut seen = vec![0.0; TOGETHER * width * BLOCK];
         let mut maps = [[[0.0; BLOCK]; 12]; TOGETHER];
@@ -106,11 +183,11 @@ impl WithSimd for Placed<'_> {
                     for axis in 0..3 {
                         maps[9 + axis][lane] = poses[index].translation.vector[axis];
                     }
-                    block[lane] = cast_slice(tracks.frame(frames[index]));
+                    block[lane] = cast_slice(&tracks.frame(frames[index])[features.clone()]);
                 }
                 side_by_side(simd, block, &mut seen[number * width * BLOCK..][..width * BLOCK]);
             }
-            for feature in 0..tracks.features() {
+            for feature in 0..features.len() {
                 for axis in 0..3 {
                     let out = &mut numbers[(3 * feature + axis) * row + start..][..blocks * BLOCK];
                     for number in 0..blocks {

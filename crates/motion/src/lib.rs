@@ -50,7 +50,7 @@ mod whitening;
 
 pub use body::{Body, Observation};
 pub use body_motion::{BodyMotion, Noise, Outlier};
-pub use columns::Columns;
+pub use columns::{Columns, Rows};
 pub use depth_gain::{DepthGain, Undone, undo_depth_gain};
 pub use error::MotionError;
 pub use extent::{Extents, extent, extent_of_rows, path_length, path_length_of_rows};

@@ -4,8 +4,9 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Vector3, distance};
 
+use crate::columns::Placed;
 use crate::flat_rows::way;
-use crate::{BodyMotion, Columns, Pose, PoseSeries, Tracks, extent, path_length, path_length_of_rows};
+use crate::{BodyMotion, Columns, Pose, PoseSeries, Rows, Tracks, extent, path_length, path_length_of_rows};
 
 /// Why one body's motion cannot be seen from another.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -95,7 +96,7 @@ pub struct RelativeMotion<'m> {
     moving: &'m BodyMotion<'m>,
     frames: Vec<usize>,
     trajectories: OnceLock<Trajectories>,
-    columns: OnceLock<Option<Columns>>,
+    columns: OnceLock<Option<Placed>>,
     paths: OnceLock<Lengths>,
     pose_series: OnceLock<Option<PoseSeries>>,
 }
@@ -158,9 +159,10 @@ impl<'m> RelativeMotion<'m> {
     }
 
     /// The same, coordinate by coordinate; `None` unless every feature is seen in every frame that counts.
-    pub fn columns(&self) -> Option<&Columns> {
-        let columns = || Columns::of(self.moving.tracks(), &self.frames, &self.recording_poses());
-        self.columns.get_or_init(columns).as_ref()
+    pub fn columns(&self) -> Option<Columns<'_>> {
+        let tracks = self.moving.tracks();
+        let placed = self.columns.get_or_init(|| Placed::of(tracks, &self.frames, self.recording_poses()));
+        Some(Columns::new(tracks, &self.frames, placed.as_ref()?))
     }
 
     /// `reference_from_recording` in every frame that counts.
@@ -249,8 +251,9 @@ impl<'m> RelativeMotion<'m> {
                 mean(if all { body.path() } else { Path::observed(body.tracks(), &self.frames) })
             };
             let relative = match self.columns() {
-                Some(columns) => (0..columns.features())
-                    .map(|feature| Path::along_rows(columns, feature, &self.frames))
+                Some(columns) => columns
+                    .map(|_, rows| Path::along_rows(rows, &self.frames))
+                    .into_iter()
                     .fold(Path::default(), Path::and),
                 None => self.trajectories().iter().map(Path::along).fold(Path::default(), Path::and),
             };
@@ -332,11 +335,10 @@ impl Path {
     }
 
     /// The same of a feature that is always seen.
-    fn along_rows(columns: &Columns, feature: usize, frames: &[usize]) -> Self {
-        let rows = columns.rows(feature);
-        let magnitude = rows.iter().map(|row| largest(row)).fold(0.0, f64::max);
+    fn along_rows(rows: Rows<'_>, frames: &[usize]) -> Self {
+        let magnitude = rows.coordinates.iter().map(|row| largest(row)).fold(0.0, f64::max);
         let steps = frames[frames.len() - 1] - frames[0];
-        Self { length: path_length_of_rows(rows, columns.frames()), steps, magnitude }
+        Self { length: path_length_of_rows(rows.coordinates, rows.frames), steps, magnitude }
     }
 
     /// With all positions multiplied.

@@ -114,9 +114,8 @@ fn of_trajectories(tracks: &[Trajectory<'_>]) -> f64 {
 }
 
 /// The same of features that are always seen.
-fn of_rows(columns: &Columns) -> f64 {
-    let features = 0..columns.features();
-    let sum: f64 = features.map(|feature| Moments::of(columns, feature).covariance.trace()).sum();
+fn of_rows(columns: Columns<'_>) -> f64 {
+    let sum: f64 = columns.map(|_, rows| Moments::of(rows).covariance.trace()).into_iter().sum();
     (sum / columns.features() as f64).sqrt()
 }
 

@@ -1,6 +1,6 @@
 //! Which points of a trajectory lie on its circle, and which degrees of it they occupy.
 
-use jointscope_motion::Columns;
+use jointscope_motion::Rows;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::super::Circle;
@@ -24,13 +24,12 @@ const ARCTANGENT: [f64; 10] = [
 const NEAR: f64 = 1e-5;
 
 /// How many of a feature's points are within `tolerance` radii of its circle, and the whole degrees that all occupy.
-pub(in super::super) fn on_circle(columns: &Columns, feature: usize, circle: &Circle, tolerance: f64) -> (f64, u16) {
-    Arch::new().dispatch(Kernel { columns, feature, circle, tolerance })
+pub(in super::super) fn on_circle(rows: Rows<'_>, circle: &Circle, tolerance: f64) -> (f64, u16) {
+    Arch::new().dispatch(Kernel { rows, circle, tolerance })
 }
 
 struct Kernel<'a> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
     circle: &'a Circle,
     tolerance: f64,
 }
@@ -40,9 +39,9 @@ impl WithSimd for Kernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (f64, u16) {
-        let Self { columns, feature, circle, tolerance } = self;
-        let rows = registers(simd, columns.rows(feature));
-        let weights = S::as_simd_f64s(columns.weights()).0;
+        let Self { rows: all, circle, tolerance } = self;
+        let rows = registers(simd, all.coordinates);
+        let weights = S::as_simd_f64s(all.weights).0;
         let centre = splat(simd, circle.centre.coords.into());
         let x_axis = splat(simd, (circle.x_axis.into_inner() / circle.radius).into());
         let y_axis = splat(simd, (circle.normal.cross(&circle.x_axis) / circle.radius).into());

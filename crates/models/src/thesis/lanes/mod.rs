@@ -15,7 +15,7 @@ mod plane;
 mod tube;
 
 pub(super) use arc::on_circle;
-pub(super) use follow::{slides, turns};
+pub(super) use follow::{Slid, Turned};
 pub(super) use moments::Moments;
 pub(super) use off_circle::off_circle;
 pub(super) use plane::PlaneMoments;

@@ -1,6 +1,6 @@
 //! Mean and covariance of a trajectory.
 
-use jointscope_motion::Columns;
+use jointscope_motion::Rows;
 use nalgebra::{Matrix3, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -17,14 +17,13 @@ pub(in super::super) struct Moments {
 }
 
 impl Moments {
-    pub(in super::super) fn of(columns: &Columns, feature: usize) -> Self {
-        Arch::new().dispatch(Kernel { columns, feature })
+    pub(in super::super) fn of(rows: Rows<'_>) -> Self {
+        Arch::new().dispatch(Kernel { rows })
     }
 }
 
 struct Kernel<'a> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
 }
 
 impl WithSimd for Kernel<'_> {
@@ -32,11 +31,11 @@ impl WithSimd for Kernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Moments {
-        let Self { columns, feature } = self;
-        let count = columns.frames() as f64;
-        let rows = registers(simd, columns.rows(feature));
-        let weights = S::as_simd_f64s(columns.weights()).0;
-        let first = columns.point(feature, 0).coords;
+        let Self { rows: all } = self;
+        let count = all.frames as f64;
+        let rows = registers(simd, all.coordinates);
+        let weights = S::as_simd_f64s(all.weights).0;
+        let first = all.point(0).coords;
         let from = splat(simd, first.into());
         let zero = simd.splat_f64s(0.0);
         let (mut sums, mut magnitude, mut moved) = ([zero; 3], zero, zero);

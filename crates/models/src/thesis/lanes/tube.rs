@@ -1,6 +1,6 @@
 //! Where the points of a trajectory are along a tube.
 
-use jointscope_motion::Columns;
+use jointscope_motion::Rows;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -38,13 +38,12 @@ impl<'a> Tallied<'a> {
 
 /// Counts a feature, shifted to start where the tube starts, in its sections; gives the sum of squared distances from
 /// the line, in lengths of the tube.
-pub(in super::super) fn along_tube(columns: &Columns, feature: usize, tallied: &mut Tallied<'_>) -> f64 {
-    Arch::new().dispatch(Kernel { columns, feature, tallied })
+pub(in super::super) fn along_tube(rows: Rows<'_>, tallied: &mut Tallied<'_>) -> f64 {
+    Arch::new().dispatch(Kernel { rows, tallied })
 }
 
 struct Kernel<'a, 's> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
     tallied: &'a mut Tallied<'s>,
 }
 
@@ -53,10 +52,10 @@ impl WithSimd for Kernel<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { columns, feature, tallied } = self;
-        let rows = registers(simd, columns.rows(feature));
-        let weights = S::as_simd_f64s(columns.weights()).0;
-        let start = splat(simd, columns.point(feature, 0).coords.into());
+        let Self { rows: all, tallied } = self;
+        let rows = registers(simd, all.coordinates);
+        let weights = S::as_simd_f64s(all.weights).0;
+        let start = splat(simd, all.point(0).coords.into());
         let length = tallied.line.norm();
         let direction = splat(simd, (tallied.line / (length * length)).into());
         let (zero, radius) = (simd.splat_f64s(0.0), simd.splat_f64s(tallied.radius));
