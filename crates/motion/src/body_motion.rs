@@ -17,7 +17,8 @@ use crate::settled::{Settled, settled};
 use crate::start::first_pose;
 use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
-    Body, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, Tracks, depth, noise,
+    Body, FrameByFrame, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, RegistrationError, Tracks,
+    depth, noise,
     tracked::{Mended, without_jumps},
     twist,
 };
@@ -111,6 +112,22 @@ impl<'r> BodyMotion<'r> {
         }
     }
 
+    /// As [`BodyMotion::of`], without registering again what `poses` has registered frame by frame in the same way.
+    ///
+    /// A registration to the body's shape needs all frames, and is repeated.
+    pub fn of_registered(body: &'r Body, poses: &FrameByFrame, settings: &MotionSettings) -> Self {
+        let Observation::Points { tracks, .. } = body.observation() else { return Self::of(body, settings) };
+        let known = settings.registration != Registration::Shape
+            && settings.registration == poses.registration()
+            && poses.poses().len() == tracks.frames()
+            && poses.poses().iter().any(Option::is_some);
+        if !known {
+            return Self::of(body, settings);
+        }
+        let registered = Registered::plain(tracks, poses.poses().to_vec());
+        Self::of_points_registered(body.name(), tracks, Ok(registered), settings)
+    }
+
     fn of_points(name: &'r str, tracks: &'r Tracks, settings: &MotionSettings) -> Self {
         let registered = match settings.registration {
             Registration::Shape if settings.robust => register_robustly(tracks),
@@ -119,6 +136,15 @@ impl<'r> BodyMotion<'r> {
             Registration::Chained => chained(tracks).map(|poses| Registered::plain(tracks, poses)),
             Registration::First => first(tracks).map(|poses| Registered::plain(tracks, poses)),
         };
+        Self::of_points_registered(name, tracks, registered, settings)
+    }
+
+    fn of_points_registered(
+        name: &'r str,
+        tracks: &'r Tracks,
+        registered: Result<Registered, RegistrationError>,
+        settings: &MotionSettings,
+    ) -> Self {
         let mut motion = Self::unseen(name, Cow::Borrowed(tracks), settings);
         match registered {
             Ok(registered) => motion.take(registered, tracks, settings),

@@ -3,13 +3,18 @@
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
 #![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
+mod summary;
+
+pub use summary::Summary;
+
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use bytemuck::cast_slice;
 use nalgebra::Point3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::{Pose, Tracks};
+use crate::{Extents, Pose, Tracks};
 
 /// Frames that are taken together: the lanes of the widest registers.
 const BLOCK: usize = 8;
@@ -60,15 +65,17 @@ impl Rows<'_> {
 /// What columns are computed from, and the columns themselves unless these are many.
 #[derive(Debug, Clone)]
 pub(crate) struct Placed {
-    poses: Vec<Pose>,
+    /// Rotations row by row, then translations, of eight frames each.
+    maps: Vec<[[f64; BLOCK]; 12]>,
     weights: Vec<f64>,
     numbers: Option<Vec<f64>>,
+    summaries: OnceLock<Vec<Summary>>,
 }
 
 impl Placed {
-    /// A body's features where the poses `target_from_recording` of some frames put them; `None` unless all are seen in
+    /// A body's features where the `pose` `target_from_recording` of each of some frames puts them; `None` unless all are seen in
     /// all of these frames.
-    pub(crate) fn of(tracks: &Tracks, frames: &[usize], poses: Vec<Pose>) -> Option<Self> {
+    pub(crate) fn of(tracks: &Tracks, frames: &[usize], pose: impl Fn(usize) -> Pose) -> Option<Self> {
         let features = tracks.features();
         if frames.is_empty() || features == 0 || frames.iter().any(|&frame| tracks.seen_count(frame) < features) {
             return None;
@@ -76,7 +83,20 @@ impl Placed {
         let row = frames.len().next_multiple_of(BLOCK);
         let mut weights = vec![1.0; frames.len()];
         weights.resize(row, 0.0);
-        let mut placed = Self { poses, weights, numbers: None };
+        let mut maps = vec![[[0.0; BLOCK]; 12]; row / BLOCK];
+        for index in 0..row {
+            // What is filled up is the first frame.
+            let pose = pose(frames[if index < frames.len() { index } else { 0 }]);
+            let (maps, lane) = (&mut maps[index / BLOCK], index % BLOCK);
+            let rotation = pose.rotation.to_rotation_matrix();
+            for k in 0..9 {
+                maps[k][lane] = rotation[(k / 3, k % 3)];
+            }
+            for axis in 0..3 {
+                maps[9 + axis][lane] = pose.translation.vector[axis];
+            }
+        }
+        let mut placed = Self { maps, weights, numbers: None, summaries: OnceLock::new() };
         if 3 * features * row <= KEPT {
             let mut numbers = vec![0.0; 3 * features * row];
             placed.place(tracks, frames, 0..features, &mut numbers);
@@ -86,8 +106,8 @@ impl Placed {
     }
 
     fn place(&self, tracks: &Tracks, frames: &[usize], features: Range<usize>, numbers: &mut [f64]) {
-        let (poses, row) = (&self.poses[..], self.weights.len());
-        Arch::new().dispatch(Place { tracks, frames, poses, row, features, numbers });
+        let maps = &self.maps;
+        Arch::new().dispatch(Place { tracks, frames, maps, features, numbers });
     }
 
     fn rows<'a>(&'a self, numbers: &'a [f64], feature: usize, frames: usize) -> Rows<'a> {
@@ -136,6 +156,12 @@ impl<'a> Columns<'a> {
         all
     }
 
+    /// What every feature's trajectory shows at a glance; found once, for whoever asks.
+    pub fn summaries(&self) -> &'a [Summary] {
+        let mut alike = Extents::default();
+        self.placed.summaries.get_or_init(|| self.map(|_, rows| Summary::of(rows, &mut alike)))
+    }
+
     /// What the rows of one feature show.
     pub fn of<R>(&self, feature: usize, look: impl FnOnce(Rows<'_>) -> R) -> R {
         let placed = self.placed;
@@ -151,8 +177,7 @@ impl<'a> Columns<'a> {
 struct Place<'a> {
     tracks: &'a Tracks,
     frames: &'a [usize],
-    poses: &'a [Pose],
-    row: usize,
+    maps: &'a [[[f64; BLOCK]; 12]],
     features: Range<usize>,
     numbers: &'a mut [f64],
 }
@@ -162,27 +187,19 @@ impl WithSimd for Place<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { tracks, frames, poses, row, features, numbers } = self;
+        let Self { tracks, frames, maps, features, numbers } = self;
+        let row = maps.len() * BLOCK;
         let coordinates = 3 * features.len();
         let width = coordinates.next_multiple_of(BLOCK);
         let mut seen = vec![0.0; TOGETHER * width * BLOCK];
-        let mut maps = [[[0.0; BLOCK]; 12]; TOGETHER];
         for start in (0..row).step_by(TOGETHER * BLOCK) {
             let blocks = TOGETHER.min((row - start) / BLOCK);
-            for (number, maps) in maps[..blocks].iter_mut().enumerate() {
+            let maps = &maps[start / BLOCK..];
+            for number in 0..blocks {
                 let start = start + number * BLOCK;
                 let mut block = [&[][..]; BLOCK];
                 for lane in 0..BLOCK {
-                    // What is filled up is the first frame.
                     let index = if start + lane < frames.len() { start + lane } else { 0 };
-                    // Rotations row by row, then translations.
-                    let rotation = poses[index].rotation.to_rotation_matrix();
-                    for k in 0..9 {
-                        maps[k][lane] = rotation[(k / 3, k % 3)];
-                    }
-                    for axis in 0..3 {
-                        maps[9 + axis][lane] = poses[index].translation.vector[axis];
-                    }
                     block[lane] = cast_slice(&tracks.frame(frames[index])[features.clone()]);
                 }
                 side_by_side(simd, block, &mut seen[number * width * BLOCK..][..width * BLOCK]);

@@ -17,7 +17,7 @@ pub(crate) fn posed(poses: &[Option<Pose>]) -> impl Iterator<Item = (usize, &Pos
 }
 
 /// Registers a frame to the known positions of features in the body's coordinates.
-fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Pose, RegistrationError> {
+pub(crate) fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Pose, RegistrationError> {
     register(tracks.seen(frame).filter_map(|(feature, target)| Some((shape[feature].as_ref()?, target))))
 }
 
@@ -60,13 +60,18 @@ fn linked(tracks: &Tracks, (start, mut latest): (usize, Shape)) -> Vec<Option<Po
     let mut poses = vec![None; tracks.frames()];
     poses[start] = Some(Pose::identity());
     for frame in (start + 1..tracks.frames()).chain((0..start).rev()) {
-        let Ok(pose) = pose_of(tracks, frame, &latest) else { continue };
-        for (feature, position) in tracks.seen(frame) {
-            latest[feature] = Some(pose.inverse_transform_point(position));
-        }
-        poses[frame] = Some(pose);
+        poses[frame] = follow(tracks, frame, &mut latest);
     }
     poses
+}
+
+/// Registers a frame to the features' latest positions, which then are those of this frame.
+pub(crate) fn follow(tracks: &Tracks, frame: usize, latest: &mut Shape) -> Option<Pose> {
+    let pose = pose_of(tracks, frame, latest).ok()?;
+    for (feature, position) in tracks.seen(frame) {
+        latest[feature] = Some(pose.inverse_transform_point(position));
+    }
+    Some(pose)
 }
 
 /// Every frame to the first one, by the features that the first one shows.

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3, distance};
 
 use crate::columns::Placed;
 use crate::flat_rows::way;
-use crate::{BodyMotion, Columns, Pose, PoseSeries, Rows, Tracks, extent, path_length, path_length_of_rows};
+use crate::{BodyMotion, Columns, Pose, PoseSeries, Summary, Tracks, extent, path_length};
 
 /// Why one body's motion cannot be seen from another.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -155,19 +155,19 @@ impl<'m> RelativeMotion<'m> {
 
     /// The moving body's features as seen from the reference.
     pub fn trajectories(&self) -> &Trajectories {
-        self.trajectories.get_or_init(|| seen_from(self.moving, &self.frames, &self.recording_poses()))
+        self.trajectories.get_or_init(|| seen_from(self.moving, &self.frames, |frame| self.recording_pose(frame)))
     }
 
     /// The same, coordinate by coordinate; `None` unless every feature is seen in every frame that counts.
     pub fn columns(&self) -> Option<Columns<'_>> {
         let tracks = self.moving.tracks();
-        let placed = self.columns.get_or_init(|| Placed::of(tracks, &self.frames, self.recording_poses()));
+        let placed = self.columns.get_or_init(|| Placed::of(tracks, &self.frames, |frame| self.recording_pose(frame)));
         Some(Columns::new(tracks, &self.frames, placed.as_ref()?))
     }
 
-    /// `reference_from_recording` in every frame that counts.
-    fn recording_poses(&self) -> Vec<Pose> {
-        self.frames.iter().map(|&frame| self.reference.poses()[frame].unwrap_or_default().inverse()).collect()
+    /// `reference_from_recording` in a frame that counts.
+    fn recording_pose(&self, frame: usize) -> Pose {
+        self.reference.poses()[frame].unwrap_or_default().inverse()
     }
 
     /// `reference_from_moving` at a frame, where both bodies are posed.
@@ -251,10 +251,7 @@ impl<'m> RelativeMotion<'m> {
                 mean(if all { body.path() } else { Path::observed(body.tracks(), &self.frames) })
             };
             let relative = match self.columns() {
-                Some(columns) => columns
-                    .map(|_, rows| Path::along_rows(rows, &self.frames))
-                    .into_iter()
-                    .fold(Path::default(), Path::and),
+                Some(columns) => Path::summed_up(columns.summaries(), &self.frames),
                 None => self.trajectories().iter().map(Path::along).fold(Path::default(), Path::and),
             };
             self.above_rounding([observed(self.reference), observed(self.moving), mean(relative)])
@@ -334,11 +331,13 @@ impl Path {
         Self { length: path_length(trajectory.points), steps, magnitude }
     }
 
-    /// The same of a feature that is always seen.
-    fn along_rows(rows: Rows<'_>, frames: &[usize]) -> Self {
-        let magnitude = rows.coordinates.iter().map(|row| largest(row)).fold(0.0, f64::max);
-        let steps = frames[frames.len() - 1] - frames[0];
-        Self { length: path_length_of_rows(rows.coordinates, rows.frames), steps, magnitude }
+    /// Of features that are always seen.
+    fn summed_up(all: &[Summary], frames: &[usize]) -> Self {
+        Self {
+            length: all.iter().map(|one| one.path).sum(),
+            steps: all.len() * (frames[frames.len() - 1] - frames[0]),
+            magnitude: all.iter().map(|one| one.magnitude).fold(0.0, f64::max),
+        }
     }
 
     /// With all positions multiplied.
@@ -351,24 +350,10 @@ impl Path {
     }
 }
 
-/// The largest size of numbers, several of which are looked at beside each other.
-fn largest(numbers: &[f64]) -> f64 {
-    const BESIDE: usize = 8;
-    let mut most = [0.0; BESIDE];
-    let chunks = numbers.chunks_exact(BESIDE);
-    let rest = chunks.remainder().iter().fold(0.0_f64, |most, number| most.max(number.abs()));
-    for chunk in chunks {
-        for (most, number) in most.iter_mut().zip(chunk) {
-            *most = if number.abs() > *most { number.abs() } else { *most };
-        }
-    }
-    most.into_iter().fold(rest, f64::max)
-}
-
-/// A body's features after the poses `target_from_recording` of some frames.
-fn seen_from(moving: &BodyMotion<'_>, frames: &[usize], poses: &[Pose]) -> Trajectories {
-    let maps = poses.iter().map(|pose| (pose.rotation.to_rotation_matrix(), pose.translation.vector));
-    let maps: Vec<_> = maps.collect();
+/// A body's features after the pose `target_from_recording` of each of some frames.
+fn seen_from(moving: &BodyMotion<'_>, frames: &[usize], pose: impl Fn(usize) -> Pose) -> Trajectories {
+    let poses = frames.iter().map(|&frame| pose(frame));
+    let maps: Vec<_> = poses.map(|pose| (pose.rotation.to_rotation_matrix(), pose.translation.vector)).collect();
     collect(moving, frames, |index, point| {
         let (rotation, translation) = &maps[index];
         rotation * point + translation

@@ -1,6 +1,6 @@
 //! `thesis-prismatic`: all trajectories inside one straight tube, and of one length.
 
-use jointscope_motion::{Columns, Extents, RelativeMotion, Trajectory, extent, path_length, path_length_of_rows};
+use jointscope_motion::{Columns, RelativeMotion, Trajectory, extent, path_length};
 use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -182,11 +182,11 @@ impl ThesisPrismatic {
     /// The same of features that are always seen.
     fn see_rows(&self, columns: Columns<'_>) -> Option<Seen> {
         let count = columns.features() as f64;
-        let mut alike = Extents::default();
-        let extents = columns.map(|_, rows| alike.of_rows(rows.coordinates));
+        let summaries = columns.summaries();
+        let extents: Vec<f64> = summaries.iter().map(|one| one.extent).collect();
         let longest = match self.longest {
             Longest::Extent => first_longest(&extents),
-            Longest::Path => first_longest(&columns.map(|_, rows| path_length_of_rows(rows.coordinates, rows.frames))),
+            Longest::Path => first_longest(&summaries.iter().map(|one| one.path).collect::<Vec<_>>()),
         };
         let tube = columns.of(longest, |rows| Tube::along((0..rows.frames).map(|index| rows.point(index))))?;
         let mut sections = vec![Section::default(); self.section_count(columns.frames() * columns.features())];

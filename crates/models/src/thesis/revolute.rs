@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::centre_line::{CentreLine, Centres};
-use super::lanes::{self, Moments, Turned};
+use super::lanes::{self, Turned};
 use super::{
     AxisRadius, Circle, CircleMethod, ROUNDING, is_still, occupied, positions, principal_axes, q_function,
     trajectories_by_feature,
@@ -192,9 +192,9 @@ impl ThesisRevolute {
     /// The same of features that are always seen.
     fn arcs_of_rows(&self, columns: Columns<'_>) -> Vec<Arc> {
         let arc = |feature: usize, rows: Rows<'_>| {
-            let moments = Moments::of(rows);
-            let is_still = moments.moved <= ROUNDING * moments.magnitude;
-            let Some(circle) = Circle::through_rows(rows, &moments, self.circle) else {
+            let known = &columns.summaries()[feature];
+            let is_still = known.moved <= ROUNDING * known.magnitude;
+            let Some(circle) = Circle::through_rows(rows, known, self.circle) else {
                 return Arc::without_circle(feature, is_still);
             };
             let (count, degrees) = lanes::on_circle(rows, &circle, self.circle_tolerance);

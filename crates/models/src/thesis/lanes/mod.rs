@@ -9,14 +9,12 @@
 
 mod arc;
 mod follow;
-mod moments;
 mod off_circle;
 mod plane;
 mod tube;
 
 pub(super) use arc::on_circle;
 pub(super) use follow::{Slid, Turned};
-pub(super) use moments::Moments;
 pub(super) use off_circle::off_circle;
 pub(super) use plane::PlaneMoments;
 pub(super) use tube::{Tallied, along_tube};
