@@ -27,7 +27,7 @@ impl Degrees {
     }
 
     /// Takes in a point at an angle of so many whole degrees; rounding may turn a tiny negative angle into 360 exactly.
-    #[inline(always)]
+    #[inline]
     pub(super) fn occupy_degree(&mut self, degree: usize) {
         self.0[degree.min(359)] = 1;
     }

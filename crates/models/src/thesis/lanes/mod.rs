@@ -5,7 +5,6 @@
 //! lose them, so everything here is.
 
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
-#![expect(clippy::needless_range_loop, reason = "one index runs through several rows")]
 
 mod arc;
 mod follow;
