@@ -151,7 +151,10 @@ impl<'r> BodyMotion<'r> {
             Err(reason) => motion.unposed = Some(reason.to_string()),
         }
         if motion.unposed.is_some() {
-            motion.poses.fill(None);
+            let found = std::mem::replace(&mut motion.poses, vec![None; tracks.frames()]);
+            if let Some(registered) = &mut motion.registered {
+                registered.poses = found;
+            }
             motion.line = Line::of(tracks, |_, _| true);
             let of_line = motion.line.as_ref().and_then(|line| line.noise);
             motion.noise.position = motion.noise.position.or(of_line).or_else(|| noise::of_single_points(tracks));
@@ -214,7 +217,7 @@ impl<'r> BodyMotion<'r> {
         self.drift = settled.drift;
         self.unposed = vague_turn(&settled.shape, settled.noisy.typical);
         registered.shape = settled.shape;
-        self.poses.clone_from(&registered.poses);
+        self.poses = std::mem::take(&mut registered.poses);
         self.registered = Some(registered);
     }
 
@@ -240,7 +243,7 @@ impl<'r> BodyMotion<'r> {
             self.noise.position = self.noise.position.map(|sigma| factor * sigma);
         }
         self.unposed = vague_turn(&registered.shape, found.typical);
-        self.poses.clone_from(&registered.poses);
+        self.poses = std::mem::take(&mut registered.poses);
         self.registered = Some(registered);
     }
 
@@ -257,7 +260,6 @@ impl<'r> BodyMotion<'r> {
         let Some(first) = first_pose(&self.poses, &covariances, &centre, (1.0 + drift) / (1.0 - drift)) else { return };
         if let Some(registered) = &mut self.registered {
             rebase_to(&first.pose, &mut self.poses, &mut registered.shape);
-            registered.poses.clone_from(&self.poses);
             self.start_covariance = Some(first.covariance);
         }
     }
@@ -329,7 +331,12 @@ impl<'r> BodyMotion<'r> {
     pub fn deformation(&self) -> Option<Deformation> {
         let registered = self.registered.as_ref()?;
         let counts = |feature: usize| !registered.strays.contains(&feature);
-        Deformation::of(&self.tracks, &registered.poses, &registered.shape, counts)
+        Deformation::of(&self.tracks, self.found_poses(registered), &registered.shape, counts)
+    }
+
+    /// The poses of a registration, also where they are not believed.
+    fn found_poses<'s>(&'s self, registered: &'s Registered) -> &'s [Option<Pose>] {
+        if self.unposed.is_some() { &registered.poses } else { &self.poses }
     }
 
     /// Features that disagree with the rest of the body and were left out of its registration.
@@ -400,8 +407,10 @@ impl<'r> BodyMotion<'r> {
                 );
             };
             let used = |frame: usize, feature: usize| registered.uses(frame, feature);
-            let (poses, shape) =
-                self.line.as_ref().map_or((&registered.poses, &registered.shape), |line| (&line.poses, &line.shape));
+            let (poses, shape) = self
+                .line
+                .as_ref()
+                .map_or((self.found_poses(registered), &registered.shape), |line| (&line.poses, &line.shape));
             of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
         })
     }

@@ -23,8 +23,8 @@ const TOGETHER: usize = 4;
 
 /// Numbers that are kept, 32 MB of them; trajectories that have more are computed anew for everyone who looks at them.
 const KEPT: usize = 1 << 22;
-/// Numbers that are computed together then, 16 MB of them.
-const BLOCKWISE: usize = 1 << 21;
+/// Numbers that are computed together then, 20 MB of them.
+const BLOCKWISE: usize = 2_500_000;
 
 /// Positions of the features of a body all of which are seen in all frames that count, in the reference body's
 /// coordinates, metres.
@@ -140,7 +140,9 @@ impl<'a> Columns<'a> {
             return;
         }
         let row = placed.weights.len();
-        let together = (BLOCKWISE / (3 * row)).clamp(1, features);
+        // Whole registers of every frame, if as many fit.
+        let fit = BLOCKWISE / (3 * row);
+        let together = (if fit < BLOCK { fit } else { fit / BLOCK * BLOCK }).clamp(1, features);
         let mut numbers = vec![0.0; 3 * together * row];
         for first in (0..features).step_by(together) {
             let block = first..(first + together).min(features);

@@ -244,18 +244,33 @@ impl<'m> RelativeMotion<'m> {
     /// Thesis equation (45), as printed: "the sum about the euclidean distances between all time frames".
     pub fn path_lengths(&self) -> Lengths {
         *self.paths.get_or_init(|| {
-            let steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
-            let mean = |path: Path| (path.length / path.steps.max(1) as f64 * steps, path.magnitude);
-            let all = self.frames.len() == self.recording_frames();
-            let observed = |body: &BodyMotion<'_>| {
-                mean(if all { body.path() } else { Path::observed(body.tracks(), &self.frames) })
-            };
             let relative = match self.columns() {
                 Some(columns) => Path::summed_up(columns.summaries(), &self.frames),
                 None => self.trajectories().iter().map(Path::along).fold(Path::default(), Path::and),
             };
-            self.above_rounding([observed(self.reference), observed(self.moving), mean(relative)])
+            let [reference, moving] = self.observed_paths();
+            self.above_rounding([reference, moving, self.mean_path(relative)])
         })
+    }
+
+    /// Whether neither body moves in the recording, but for the rounding of coordinates.
+    pub fn is_at_rest(&self) -> bool {
+        let [reference, moving] = self.observed_paths();
+        let lengths = self.above_rounding([reference, moving, (0.0, 0.0)]);
+        lengths.reference == 0.0 && lengths.moving == 0.0
+    }
+
+    /// The way of a typical feature of the reference and of the moving body through the frames that count, and the largest
+    /// coordinate on it, metres.
+    fn observed_paths(&self) -> [(f64, f64); 2] {
+        let all = self.frames.len() == self.recording_frames();
+        [self.reference, self.moving]
+            .map(|body| self.mean_path(if all { body.path() } else { Path::observed(body.tracks(), &self.frames) }))
+    }
+
+    fn mean_path(&self, path: Path) -> (f64, f64) {
+        let steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
+        (path.length / path.steps.max(1) as f64 * steps, path.magnitude)
     }
 
     /// Net lengths: the largest distance between any two samples of a trajectory, mean over features.

@@ -42,7 +42,7 @@ const CONVERGED: f64 = 1e-10;
 /// A body registered to its own shape.
 #[derive(Debug, Clone)]
 pub(crate) struct Registered {
-    /// `recording_from_body`; the first one is the identity.
+    /// `recording_from_body`; the first one is the identity. A body whose poses are believed takes them over.
     pub(crate) poses: Vec<Option<Pose>>,
     /// Positions of the features in the body's coordinates.
     pub(crate) shape: Shape,

@@ -130,13 +130,15 @@ impl WithSimd for Extent<'_> {
             least[axis] = vec![0.0; blocks];
             most[axis] = vec![0.0; blocks];
             for (block, points) in rows[axis].chunks(BLOCK).enumerate() {
-                // Comparisons of numbers, unlike `f64::min`, are single instructions.
-                let (mut low, mut high) = (points[0], points[0]);
-                for &coordinate in points {
-                    low = if coordinate < low { coordinate } else { low };
-                    high = if coordinate > high { coordinate } else { high };
+                let (registers, rest) = S::as_simd_f64s(points);
+                let (mut low, mut high) = (simd.splat_f64s(points[0]), simd.splat_f64s(points[0]));
+                for register in registers {
+                    low = simd.min_f64s(low, *register);
+                    high = simd.max_f64s(high, *register);
                 }
-                (least[axis][block], most[axis][block]) = (low, high);
+                let (low, high) = (simd.reduce_min_f64s(low), simd.reduce_max_f64s(high));
+                least[axis][block] = rest.iter().copied().fold(low, f64::min);
+                most[axis][block] = rest.iter().copied().fold(high, f64::max);
             }
         }
         let mut bounds = vec![0.0; blocks];
