@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::{Axis, Confidence, JointModel};
 use jointscope_motion::{
-    Body, BodyMotion, PoseSeries, Recording, RelativeMotion, RelativeMotionError, Undone, scaled_pose, undo_depth_gain,
+    Body, BodyMotion, FrameByFrame, PoseSeries, Recording, RelativeMotion, RelativeMotionError, Undone, scaled_pose,
+    undo_depth_gain,
 };
 use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
 use rayon::prelude::*;
@@ -61,6 +62,17 @@ impl Detector {
         pairs: Option<&[[String; 2]]>,
         watch: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Detection, DetectionError> {
+        self.detect_registered(recording, &[], pairs, watch)
+    }
+
+    /// As [`Detector::detect_watched`], where bodies, the last ones of the recording, have been registered frame by frame.
+    pub(crate) fn detect_registered(
+        &self,
+        recording: Cow<'_, Recording>,
+        known: &[FrameByFrame],
+        pairs: Option<&[[String; 2]]>,
+        watch: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Detection, DetectionError> {
         let pairs = chosen(&recording, pairs)?;
         self.check_base(&recording)?;
         let recording = match recording.bodies() {
@@ -79,10 +91,14 @@ impl Detector {
             .map(|(body, undone)| (undone.as_ref().map_or(body, |undone| &undone.body), undone.as_ref()))
             .collect();
         let numbers = recording.frame_numbers();
+        let others = bodies.len() - known.len();
         let watched: Vec<Watched<'_>> = bodies
             .par_iter()
-            .map(|&(body, undone)| {
-                Watched::of(registered(body, undone, settings), body, undone.map(|u| u.gain), numbers, settings)
+            .enumerate()
+            .map(|(index, &(body, undone))| {
+                let known = index.checked_sub(others).map(|index| &known[index]);
+                let motion = registered(body, undone, known, settings);
+                Watched::of(motion, body, undone.map(|u| u.gain), numbers, settings)
             })
             .collect();
         let done = AtomicUsize::new(0);
@@ -91,7 +107,13 @@ impl Detector {
             watch(done.fetch_add(1, Ordering::Relaxed) + 1, pairs.len());
             judged
         };
-        let mut judged: Vec<PairDetection> = pairs.par_iter().map(judge).collect();
+        // One moving body after another, so that its positions stay in the cache for all who see it move.
+        let mut order: Vec<usize> = (0..pairs.len()).collect();
+        order.sort_by_key(|&number| (pairs[number].1, pairs[number].0));
+        let mut numbered: Vec<(usize, PairDetection)> =
+            order.par_iter().map(|&number| (number, judge(&pairs[number]))).collect();
+        numbered.sort_by_key(|(number, _)| *number);
+        let mut judged: Vec<PairDetection> = numbered.into_iter().map(|(_, pair)| pair).collect();
         let scales = (self.configuration.scale.search == ScaleSearch::ClosedForm).then(|| {
             let shown = self.agree_on_scales(&watched, &pairs, &mut judged);
             factors(watched.len(), base, &shown)

@@ -15,6 +15,9 @@ pub enum DetectionError {
         /// The bodies there are.
         known: Vec<String>,
     },
+    /// What was given does not make a recording.
+    #[error(transparent)]
+    Recording(#[from] MotionError),
     /// A pair names one body twice.
     #[error("the pair [`{name}`, `{name}`] names one body twice")]
     PairOfOne {

@@ -23,6 +23,7 @@ mod detection;
 mod detector;
 mod error;
 mod kind;
+mod live;
 mod pairs;
 pub mod place;
 mod remarks;
@@ -39,6 +40,7 @@ pub use detection::{Detection, ModelFinding, PairDetection};
 pub use detector::Detector;
 pub use error::DetectionError;
 pub use kind::JointKind;
+pub use live::LiveDetector;
 pub use scale::{PairScale, ScaleCurve, ScaleSearch, ScaleSettings, ScaledBody};
 pub use structure::{Branch, Coupling, Indirect, Structure};
 

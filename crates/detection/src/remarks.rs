@@ -89,12 +89,10 @@ pub(crate) fn doubts(
     models: &BTreeMap<String, ModelFinding>,
 ) -> Vec<String> {
     let mut doubts = verdict.doubts.clone();
-    let lengths = motion.path_lengths();
     let frames = motion.frames().len();
-    let exactly = lengths.reference == 0.0 && lengths.moving == 0.0;
     // Where the bodies move against each other, one of them moves.
     let but_for_noise = || verdict.joint == "rigid" && motion.reference().rests() && motion.moving().rests();
-    if frames > 1 && (exactly || but_for_noise()) {
+    if frames > 1 && (motion.is_at_rest() || but_for_noise()) {
         doubts.push("neither body moves: every joint at rest looks rigid; record them moving".into());
     }
     if frames < FEW_FRAMES {

@@ -175,10 +175,7 @@ fn far_away(motion: &BodyMotion<'_>) -> Option<String> {
     const FAR: f64 = 200.0;
     /// From where on a number is written with its exponent.
     const HUGE: f64 = 1e7;
-    let tracks = motion.tracks();
-    let largest =
-        (0..tracks.frames()).flat_map(|frame| tracks.frame(frame)).map(|p| p.coords.amax()).fold(0.0, f64::max);
-    let name = motion.name();
+    let (largest, name) = (motion.tracks().magnitude(), motion.name());
     let told = if largest < HUGE { format!("{largest:.0}") } else { format!("{largest:.3e}") };
     (largest > FAR)
         .then(|| format!("{name}: coordinates reach {told} m; if the file is not in metres, give its `unit`"))

@@ -1,5 +1,8 @@
 //! One rigid body as it was observed.
 
+use nalgebra::Point3;
+
+use crate::tracks::unusable;
 use crate::{MotionError, Pose, Tracks, scaled_pose};
 
 /// What was observed of a body.
@@ -38,17 +41,44 @@ impl Body {
             return Err(MotionError::LabelCount { body, features: tracks.features(), labels: labels.len() });
         }
         if let Some((frame, feature, value)) = tracks.first_unusable() {
-            let feature = labels[feature].clone();
-            return Err(if value.is_infinite() {
-                MotionError::Infinite { body, feature, frame }
-            } else {
-                MotionError::TooLarge { body, feature, frame, value }
-            });
+            return Err(beyond_measure(body, labels[feature].clone(), frame, value));
         }
         if (0..tracks.frames()).all(|frame| tracks.seen_count(frame) == 0) {
             return Err(MotionError::NeverSeen { body });
         }
         Ok(Self { name: body, observation: Observation::Points { labels, tracks } })
+    }
+
+    /// A body of features that is not seen yet.
+    pub(crate) fn unseen(name: String, labels: Vec<String>) -> Self {
+        let tracks = Tracks::new(labels.len(), Vec::new()).expect("no position fills no frame");
+        Self { name, observation: Observation::Points { labels, tracks } }
+    }
+
+    /// Refuses positions that cannot be the features' in a frame.
+    ///
+    /// # Errors
+    /// [`MotionError::FeatureCount`], [`MotionError::Infinite`], [`MotionError::TooLarge`].
+    pub(crate) fn check_frame(&self, frame: usize, positions: &[Point3<f64>]) -> Result<(), MotionError> {
+        let body = self.name.clone();
+        let labels = match &self.observation {
+            Observation::Points { labels, .. } => labels.as_slice(),
+            _ => &[],
+        };
+        if labels.len() != positions.len() {
+            return Err(MotionError::FeatureCount { body, expected: labels.len(), found: positions.len() });
+        }
+        match unusable(positions) {
+            Some((feature, value)) => Err(beyond_measure(body, labels[feature].clone(), frame, value)),
+            None => Ok(()),
+        }
+    }
+
+    /// Adds a frame that was checked.
+    pub(crate) fn push(&mut self, positions: &[Point3<f64>]) {
+        if let Observation::Points { tracks, .. } = &mut self.observation {
+            tracks.push(positions);
+        }
     }
 
     /// A body seen as poses `recording_from_tracked` by a tracker.
@@ -59,7 +89,7 @@ impl Body {
         let body = name.into();
         let origins = poses.iter().map(|pose| match pose {
             Some(pose) => pose.translation.vector.into(),
-            None => nalgebra::Point3::from([f64::NAN; 3]),
+            None => Point3::from([f64::NAN; 3]),
         });
         // The origins of the poses must be as sound as tracked points.
         Self::from_points(body.as_str(), vec!["origin".into()], Tracks::new(1, origins.collect())?)?;
@@ -106,10 +136,16 @@ impl Body {
     }
 }
 
+fn beyond_measure(body: String, feature: String, frame: usize, value: f64) -> MotionError {
+    if value.is_infinite() {
+        MotionError::Infinite { body, feature, frame }
+    } else {
+        MotionError::TooLarge { body, feature, frame, value }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use nalgebra::Point3;
-
     use super::*;
 
     fn one_sample(x: f64) -> Tracks {

@@ -13,18 +13,18 @@ use crate::noise::{Deformation, Residuals, Spread, Trust, believed_drift, lag_on
 use crate::poses::{Shape, chained, chained_from_the_best, first, rebase_to, settle, spread};
 use crate::relative_motion::Path;
 use crate::robust::{Registered, register_robustly};
+use crate::settled::{Settled, settled};
 use crate::start::first_pose;
 use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
-    Body, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, Tracks, depth, noise,
+    Body, FrameByFrame, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, RegistrationError, Tracks,
+    depth, noise,
     tracked::{Mended, without_jumps},
     twist,
 };
 
 /// Rounds of alternating between poses and shape; each shrinks the error by about the noise over the size.
 const SHAPE_ROUNDS: usize = 50;
-/// Rounds that bring the shape behind `chained` and `first` poses close enough to measure noise.
-const NOISE_ROUNDS: usize = 3;
 /// Uncertainty of the turn about the features' line above which that turn counts as unobserved, radians.
 const VAGUE_TURN: f64 = 0.3;
 /// Distance, in standard deviations of a coordinate, that noise does not explain: of a million Gaussian samples not one
@@ -87,10 +87,11 @@ pub struct Outlier {
 }
 
 impl Outlier {
-    fn among(residuals: &Residuals, shape: &Shape) -> Option<Self> {
-        let ((frame, feature, distance), noise) = residuals.worst.zip(residuals.typical)?;
-        let wild = distance > (WILD * noise).max(ROUNDING * spread(shape).trace().sqrt());
-        wild.then_some(Self { frame, feature, distance, noise })
+    fn found(settled: &Settled, tracks: &Tracks) -> Option<Self> {
+        let noise = settled.noisy.typical?;
+        let least = (WILD * noise).max(ROUNDING * spread(&settled.shape).trace().sqrt());
+        let (frame, feature, distance) = settled.worst_beyond(tracks, least)?;
+        (distance > least).then_some(Self { frame, feature, distance, noise })
     }
 }
 
@@ -111,6 +112,22 @@ impl<'r> BodyMotion<'r> {
         }
     }
 
+    /// As [`BodyMotion::of`], without registering again what `poses` has registered frame by frame in the same way.
+    ///
+    /// A registration to the body's shape needs all frames, and is repeated.
+    pub fn of_registered(body: &'r Body, poses: &FrameByFrame, settings: &MotionSettings) -> Self {
+        let Observation::Points { tracks, .. } = body.observation() else { return Self::of(body, settings) };
+        let known = settings.registration != Registration::Shape
+            && settings.registration == poses.registration()
+            && poses.poses().len() == tracks.frames()
+            && poses.poses().iter().any(Option::is_some);
+        if !known {
+            return Self::of(body, settings);
+        }
+        let registered = Registered::plain(tracks, poses.poses().to_vec());
+        Self::of_points_registered(body.name(), tracks, Ok(registered), settings)
+    }
+
     fn of_points(name: &'r str, tracks: &'r Tracks, settings: &MotionSettings) -> Self {
         let registered = match settings.registration {
             Registration::Shape if settings.robust => register_robustly(tracks),
@@ -119,21 +136,32 @@ impl<'r> BodyMotion<'r> {
             Registration::Chained => chained(tracks).map(|poses| Registered::plain(tracks, poses)),
             Registration::First => first(tracks).map(|poses| Registered::plain(tracks, poses)),
         };
+        Self::of_points_registered(name, tracks, registered, settings)
+    }
+
+    fn of_points_registered(
+        name: &'r str,
+        tracks: &'r Tracks,
+        registered: Result<Registered, RegistrationError>,
+        settings: &MotionSettings,
+    ) -> Self {
         let mut motion = Self::unseen(name, Cow::Borrowed(tracks), settings);
         match registered {
             Ok(registered) => motion.take(registered, tracks, settings),
             Err(reason) => motion.unposed = Some(reason.to_string()),
         }
-        let features = tracks.features();
         if motion.unposed.is_some() {
-            motion.poses.fill(None);
+            let found = std::mem::replace(&mut motion.poses, vec![None; tracks.frames()]);
+            if let Some(registered) = &mut motion.registered {
+                registered.poses = found;
+            }
             motion.line = Line::of(tracks, |_, _| true);
             let of_line = motion.line.as_ref().and_then(|line| line.noise);
             motion.noise.position = motion.noise.position.or(of_line).or_else(|| noise::of_single_points(tracks));
         } else if let Some(registered) = &motion.registered
             && is_line(&registered.shape, motion.spread.mean())
         {
-            motion.line = Line::of(tracks, |frame, feature| registered.used[frame * features + feature]);
+            motion.line = Line::of(tracks, |frame, feature| registered.uses(frame, feature));
         }
         if let NoiseSetting::Known(sigma) = settings.noise {
             motion.noise.position = Some(sigma);
@@ -174,42 +202,48 @@ impl<'r> BodyMotion<'r> {
 
     /// Takes over poses, noise and shape of a registration.
     fn take(&mut self, mut registered: Registered, tracks: &Tracks, settings: &MotionSettings) {
-        let robust = settings.robust && settings.registration == Registration::Shape;
-        let features = tracks.features();
+        if settings.robust && settings.registration == Registration::Shape {
+            return self.take_robust(registered, tracks, settings);
+        }
         // Thesis registrations fit no shape: theirs is settled on the side, to measure noise.
-        let settled =
-            (!robust).then(|| settle(tracks, registered.poses.clone(), NOISE_ROUNDS)).map(|(poses, shape)| {
-                registered.shape = shape;
-                poses
-            });
-        let residuals = |registered: &Registered| {
-            let poses = settled.as_ref().unwrap_or(&registered.poses);
-            Residuals::of(tracks, poses, &registered.shape, |t, f| registered.used[t * features + f])
+        let settled = settled(tracks, registered.poses.clone());
+        let sigma = match settings.noise {
+            NoiseSetting::Known(sigma) => Some(sigma),
+            NoiseSetting::Estimate => settled.noisy.sigma,
         };
-        let found = residuals(&registered);
+        self.spread = Spread { across: sigma.unwrap_or(0.0), along: sigma.unwrap_or(0.0) };
+        self.noise.position = settled.noisy.sigma;
+        self.outlier = Outlier::found(&settled, tracks);
+        self.drift = settled.drift;
+        self.unposed = vague_turn(&settled.shape, settled.noisy.typical);
+        registered.shape = settled.shape;
+        self.poses = std::mem::take(&mut registered.poses);
+        self.registered = Some(registered);
+    }
+
+    /// The same of a registration to the body's shape that left out what is wild.
+    fn take_robust(&mut self, mut registered: Registered, tracks: &Tracks, settings: &MotionSettings) {
+        let counts = |t, f| registered.uses(t, f);
+        let found = Residuals::of(tracks, &registered.poses, &registered.shape, counts).noisy;
+        let estimate = settings.noise == NoiseSetting::Estimate;
         let sigma = match settings.noise {
             NoiseSetting::Known(sigma) => Some(sigma),
             NoiseSetting::Estimate => found.sigma,
         };
         let equal = Spread { across: sigma.unwrap_or(0.0), along: sigma.unwrap_or(0.0) };
-        self.spread = match (robust, settings.noise, sigma) {
-            (true, NoiseSetting::Estimate, Some(sigma)) => depth::refine(tracks, &mut registered, sigma),
+        self.spread = match sigma {
+            Some(sigma) if estimate => depth::refine(tracks, &mut registered, sigma),
             _ => equal,
         };
         self.noise.position = if self.spread == equal { found.sigma } else { Some(self.spread.mean()) };
-        if !robust {
-            self.outlier = Outlier::among(&found, &registered.shape);
-        }
-        self.drift = lag_one(tracks, settled.as_ref().unwrap_or(&registered.poses), &registered.shape, |t, f| {
-            registered.used[t * features + f]
-        });
-        if robust && believed_drift(self.drift, tracks.frames()) > 0.0 && settings.noise == NoiseSetting::Estimate {
-            let factor = noise::hidden_by_drift(self.drift, tracks, &registered.used);
+        self.drift = lag_one(tracks, &registered.poses, &registered.shape, |t, f| registered.uses(t, f));
+        if estimate && believed_drift(self.drift, tracks.frames()) > 0.0 {
+            let factor = noise::hidden_by_drift(self.drift, tracks, registered.used.as_deref().unwrap_or_default());
             self.spread = Spread { across: factor * self.spread.across, along: factor * self.spread.along };
             self.noise.position = self.noise.position.map(|sigma| factor * sigma);
         }
         self.unposed = vague_turn(&registered.shape, found.typical);
-        self.poses.clone_from(&registered.poses);
+        self.poses = std::mem::take(&mut registered.poses);
         self.registered = Some(registered);
     }
 
@@ -226,7 +260,6 @@ impl<'r> BodyMotion<'r> {
         let Some(first) = first_pose(&self.poses, &covariances, &centre, (1.0 + drift) / (1.0 - drift)) else { return };
         if let Some(registered) = &mut self.registered {
             rebase_to(&first.pose, &mut self.poses, &mut registered.shape);
-            registered.poses.clone_from(&self.poses);
             self.start_covariance = Some(first.covariance);
         }
     }
@@ -298,7 +331,12 @@ impl<'r> BodyMotion<'r> {
     pub fn deformation(&self) -> Option<Deformation> {
         let registered = self.registered.as_ref()?;
         let counts = |feature: usize| !registered.strays.contains(&feature);
-        Deformation::of(&self.tracks, &registered.poses, &registered.shape, counts)
+        Deformation::of(&self.tracks, self.found_poses(registered), &registered.shape, counts)
+    }
+
+    /// The poses of a registration, also where they are not believed.
+    fn found_poses<'s>(&'s self, registered: &'s Registered) -> &'s [Option<Pose>] {
+        if self.unposed.is_some() { &registered.poses } else { &self.poses }
     }
 
     /// Features that disagree with the rest of the body and were left out of its registration.
@@ -357,7 +395,6 @@ impl<'r> BodyMotion<'r> {
                 let [position, rotation] = [self.noise.position, self.noise.rotation].map(Option::unwrap_or_default);
                 return of_tracked(position, rotation, replaced, REPLACED);
             }
-            let features = self.tracks.features();
             let Some(registered) = &self.registered else {
                 let Some(line) = &self.line else { return vec![Matrix6::zeros(); self.poses.len()] };
                 return of_registered(
@@ -369,9 +406,11 @@ impl<'r> BodyMotion<'r> {
                     &centre,
                 );
             };
-            let used = |frame: usize, feature: usize| registered.used[frame * features + feature];
-            let (poses, shape) =
-                self.line.as_ref().map_or((&registered.poses, &registered.shape), |line| (&line.poses, &line.shape));
+            let used = |frame: usize, feature: usize| registered.uses(frame, feature);
+            let (poses, shape) = self
+                .line
+                .as_ref()
+                .map_or((self.found_poses(registered), &registered.shape), |line| (&line.poses, &line.shape));
             of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
         })
     }

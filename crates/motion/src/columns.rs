@@ -1,33 +1,81 @@
 //! Trajectories of features that are always seen, coordinate by coordinate.
 
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
+#![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
+mod summary;
+
+pub use summary::Summary;
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use bytemuck::cast_slice;
 use nalgebra::Point3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::{Pose, Tracks};
+use crate::{Extents, Pose, Tracks};
 
 /// Frames that are taken together: the lanes of the widest registers.
 const BLOCK: usize = 8;
+/// Blocks whose rows are written together, so that each row is visited for more than one register.
+const TOGETHER: usize = 4;
+
+/// Numbers that are kept, 32 MB of them; trajectories that have more are computed anew for everyone who looks at them.
+const KEPT: usize = 1 << 22;
+/// Numbers that are computed together then, 20 MB of them.
+const BLOCKWISE: usize = 2_500_000;
 
 /// Positions of the features of a body all of which are seen in all frames that count, in the reference body's
 /// coordinates, metres.
 ///
-/// # Convention
-/// A feature has three rows, of its x, y and z, with frames side by side, so that a register holds a coordinate of
-/// several frames. Rows are filled up to whole registers with the position of the first frame; [`Columns::weights`] is
-/// 1 for frames and 0 for what is filled up.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Columns {
-    frames: usize,
-    weights: Vec<f64>,
-    numbers: Vec<f64>,
+/// # Memory
+/// Those of a long recording are not kept as a whole: features are looked at one after another, and some of them exist at
+/// a time.
+#[derive(Debug, Clone, Copy)]
+pub struct Columns<'a> {
+    tracks: &'a Tracks,
+    frames: &'a [usize],
+    placed: &'a Placed,
 }
 
-impl Columns {
-    /// A body's features where the poses `target_from_recording` of some frames put them; `None` unless all are seen in
+/// One feature's positions: three rows, of its x, y and z, with frames side by side, so that a register holds a coordinate
+/// of several frames.
+///
+/// # Convention
+/// Rows are filled up to whole registers with the position of the first frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Rows<'a> {
+    /// x, y and z, metres.
+    pub coordinates: [&'a [f64]; 3],
+    /// 1 for every frame, and 0 for what rows are filled up with.
+    pub weights: &'a [f64],
+    /// Number of frames.
+    pub frames: usize,
+}
+
+impl Rows<'_> {
+    /// The position in the frame of that index among those that count, metres.
+    pub fn point(&self, index: usize) -> Point3<f64> {
+        let [x, y, z] = self.coordinates;
+        Point3::new(x[index], y[index], z[index])
+    }
+}
+
+/// What columns are computed from, and the columns themselves unless these are many.
+#[derive(Debug, Clone)]
+pub(crate) struct Placed {
+    /// Rotations row by row, then translations, of eight frames each.
+    maps: Vec<[[f64; BLOCK]; 12]>,
+    weights: Vec<f64>,
+    numbers: Option<Vec<f64>>,
+    summaries: OnceLock<Vec<Summary>>,
+}
+
+impl Placed {
+    /// A body's features where the `pose` `target_from_recording` of each of some frames puts them; `None` unless all are seen in
     /// all of these frames.
-    pub(crate) fn of(tracks: &Tracks, frames: &[usize], poses: &[Pose]) -> Option<Self> {
+    pub(crate) fn of(tracks: &Tracks, frames: &[usize], pose: impl Fn(usize) -> Pose) -> Option<Self> {
         let features = tracks.features();
         if frames.is_empty() || features == 0 || frames.iter().any(|&frame| tracks.seen_count(frame) < features) {
             return None;
@@ -35,93 +83,198 @@ impl Columns {
         let row = frames.len().next_multiple_of(BLOCK);
         let mut weights = vec![1.0; frames.len()];
         weights.resize(row, 0.0);
-        let mut numbers = vec![0.0; 3 * features * row];
-        Arch::new().dispatch(Placed { tracks, frames, poses, row, numbers: &mut numbers });
-        Some(Self { frames: frames.len(), weights, numbers })
+        let mut maps = vec![[[0.0; BLOCK]; 12]; row / BLOCK];
+        for index in 0..row {
+            // What is filled up is the first frame.
+            let pose = pose(frames[if index < frames.len() { index } else { 0 }]);
+            let (maps, lane) = (&mut maps[index / BLOCK], index % BLOCK);
+            let rotation = pose.rotation.to_rotation_matrix();
+            for k in 0..9 {
+                maps[k][lane] = rotation[(k / 3, k % 3)];
+            }
+            for axis in 0..3 {
+                maps[9 + axis][lane] = pose.translation.vector[axis];
+            }
+        }
+        let mut placed = Self { maps, weights, numbers: None, summaries: OnceLock::new() };
+        if 3 * features * row <= KEPT {
+            let mut numbers = vec![0.0; 3 * features * row];
+            placed.place(tracks, frames, 0..features, &mut numbers);
+            placed.numbers = Some(numbers);
+        }
+        Some(placed)
+    }
+
+    fn place(&self, tracks: &Tracks, frames: &[usize], features: Range<usize>, numbers: &mut [f64]) {
+        let maps = &self.maps;
+        Arch::new().dispatch(Place { tracks, frames, maps, features, numbers });
+    }
+
+    fn rows<'a>(&'a self, numbers: &'a [f64], feature: usize, frames: usize) -> Rows<'a> {
+        let row = self.weights.len();
+        let coordinates = [0, 1, 2].map(|axis| &numbers[(3 * feature + axis) * row..][..row]);
+        Rows { coordinates, weights: &self.weights, frames }
+    }
+}
+
+impl<'a> Columns<'a> {
+    pub(crate) fn new(tracks: &'a Tracks, frames: &'a [usize], placed: &'a Placed) -> Self {
+        Self { tracks, frames, placed }
     }
 
     /// Number of features.
     pub fn features(&self) -> usize {
-        self.numbers.len() / (3 * self.weights.len())
+        self.tracks.features()
     }
 
     /// Number of frames.
     pub fn frames(&self) -> usize {
-        self.frames
+        self.frames.len()
     }
 
-    /// 1 for every frame, and 0 for what rows are filled up with.
-    pub fn weights(&self) -> &[f64] {
-        &self.weights
+    /// Looks at the rows of all features, one after another.
+    pub fn for_each(&self, mut look: impl FnMut(usize, Rows<'_>)) {
+        let (features, placed) = (self.features(), self.placed);
+        if let Some(numbers) = &placed.numbers {
+            (0..features).for_each(|feature| look(feature, placed.rows(numbers, feature, self.frames())));
+            return;
+        }
+        let row = placed.weights.len();
+        // Whole registers of every frame, if as many fit.
+        let fit = BLOCKWISE / (3 * row);
+        let together = (if fit < BLOCK { fit } else { fit / BLOCK * BLOCK }).clamp(1, features);
+        let mut numbers = vec![0.0; 3 * together * row];
+        for first in (0..features).step_by(together) {
+            let block = first..(first + together).min(features);
+            placed.place(self.tracks, self.frames, block.clone(), &mut numbers);
+            block.for_each(|feature| look(feature, placed.rows(&numbers, feature - first, self.frames())));
+        }
     }
 
-    /// The rows of a feature: its x, its y and its z, metres.
-    pub fn rows(&self, feature: usize) -> [&[f64]; 3] {
-        let row = self.weights.len();
-        [0, 1, 2].map(|axis| &self.numbers[(3 * feature + axis) * row..][..row])
+    /// What the rows of all features show, one after another.
+    pub fn map<R>(&self, mut look: impl FnMut(usize, Rows<'_>) -> R) -> Vec<R> {
+        let mut all = Vec::with_capacity(self.features());
+        self.for_each(|feature, rows| all.push(look(feature, rows)));
+        all
     }
 
-    /// The position of a feature in the frame of that index among those that count, metres.
-    pub fn point(&self, feature: usize, index: usize) -> Point3<f64> {
-        let [x, y, z] = self.rows(feature);
-        Point3::new(x[index], y[index], z[index])
+    /// What every feature's trajectory shows at a glance; found once, for whoever asks.
+    pub fn summaries(&self) -> &'a [Summary] {
+        let mut alike = Extents::default();
+        self.placed.summaries.get_or_init(|| self.map(|_, rows| Summary::of(rows, &mut alike)))
+    }
+
+    /// What the rows of one feature show.
+    pub fn of<R>(&self, feature: usize, look: impl FnOnce(Rows<'_>) -> R) -> R {
+        let placed = self.placed;
+        if let Some(numbers) = &placed.numbers {
+            return look(placed.rows(numbers, feature, self.frames()));
+        }
+        let mut numbers = vec![0.0; 3 * placed.weights.len()];
+        placed.place(self.tracks, self.frames, feature..feature + 1, &mut numbers);
+        look(placed.rows(&numbers, 0, self.frames()))
     }
 }
 
-struct Placed<'a> {
+struct Place<'a> {
     tracks: &'a Tracks,
     frames: &'a [usize],
-    poses: &'a [Pose],
-    row: usize,
+    maps: &'a [[[f64; BLOCK]; 12]],
+    features: Range<usize>,
     numbers: &'a mut [f64],
 }
 
-impl WithSimd for Placed<'_> {
+impl WithSimd for Place<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { tracks, frames, poses, row, numbers } = self;
-        for start in (0..row).step_by(BLOCK) {
-            // Rotations row by row, then translations; what is filled up is the first frame.
-            let mut maps = [[0.0; BLOCK]; 12];
-            let mut block = [&[][..]; BLOCK];
-            for lane in 0..BLOCK {
-                let index = if start + lane < frames.len() { start + lane } else { 0 };
-                let rotation = poses[index].rotation.to_rotation_matrix();
-                for k in 0..9 {
-                    maps[k][lane] = rotation[(k / 3, k % 3)];
-                }
-                for axis in 0..3 {
-                    maps[9 + axis][lane] = poses[index].translation.vector[axis];
-                }
-                block[lane] = tracks.frame(frames[index]);
-            }
-            for feature in 0..tracks.features() {
-                let mut seen = [[0.0; BLOCK]; 3];
+        let Self { tracks, frames, maps, features, numbers } = self;
+        let row = maps.len() * BLOCK;
+        let coordinates = 3 * features.len();
+        let width = coordinates.next_multiple_of(BLOCK);
+        let mut seen = vec![0.0; TOGETHER * width * BLOCK];
+        for start in (0..row).step_by(TOGETHER * BLOCK) {
+            let blocks = TOGETHER.min((row - start) / BLOCK);
+            let maps = &maps[start / BLOCK..];
+            for number in 0..blocks {
+                let start = start + number * BLOCK;
+                let mut block = [&[][..]; BLOCK];
                 for lane in 0..BLOCK {
-                    let point = &block[lane][feature];
-                    seen[0][lane] = point.x;
-                    seen[1][lane] = point.y;
-                    seen[2][lane] = point.z;
+                    let index = if start + lane < frames.len() { start + lane } else { 0 };
+                    block[lane] = cast_slice(&tracks.frame(frames[index])[features.clone()]);
                 }
-                let x = S::as_simd_f64s(&seen[0]).0;
-                let y = S::as_simd_f64s(&seen[1]).0;
-                let z = S::as_simd_f64s(&seen[2]).0;
+                side_by_side(simd, block, &mut seen[number * width * BLOCK..][..width * BLOCK]);
+            }
+            for feature in 0..features.len() {
                 for axis in 0..3 {
-                    let out = &mut numbers[(3 * feature + axis) * row + start..][..BLOCK];
-                    let out = S::as_mut_simd_f64s(out).0;
-                    let by_x = S::as_simd_f64s(&maps[3 * axis]).0;
-                    let by_y = S::as_simd_f64s(&maps[3 * axis + 1]).0;
-                    let by_z = S::as_simd_f64s(&maps[3 * axis + 2]).0;
-                    let shift = S::as_simd_f64s(&maps[9 + axis]).0;
-                    for part in 0..out.len() {
-                        let sum = simd.mul_f64s(by_x[part], x[part]);
-                        let sum = simd.mul_add_e_f64s(by_y[part], y[part], sum);
-                        let sum = simd.mul_add_e_f64s(by_z[part], z[part], sum);
-                        out[part] = simd.add_f64s(sum, shift[part]);
+                    let out = &mut numbers[(3 * feature + axis) * row + start..][..blocks * BLOCK];
+                    for number in 0..blocks {
+                        let seen = &seen[(number * width + 3 * feature) * BLOCK..][..3 * BLOCK];
+                        let seen = S::as_simd_f64s(seen).0;
+                        let out = S::as_mut_simd_f64s(&mut out[number * BLOCK..][..BLOCK]).0;
+                        let maps = &maps[number];
+                        let by_x = S::as_simd_f64s(&maps[3 * axis]).0;
+                        let by_y = S::as_simd_f64s(&maps[3 * axis + 1]).0;
+                        let by_z = S::as_simd_f64s(&maps[3 * axis + 2]).0;
+                        let shift = S::as_simd_f64s(&maps[9 + axis]).0;
+                        let parts = out.len();
+                        for part in 0..parts {
+                            let sum = simd.mul_f64s(by_x[part], seen[part]);
+                            let sum = simd.mul_add_e_f64s(by_y[part], seen[parts + part], sum);
+                            let sum = simd.mul_add_e_f64s(by_z[part], seen[2 * parts + part], sum);
+                            out[part] = simd.add_f64s(sum, shift[part]);
+                        }
                     }
                 }
+            }
+        }
+    }
+}
+
+/// Puts the numbers of several frames side by side: `out` has a block for every coordinate.
+#[inline(always)]
+fn side_by_side<S: Simd>(simd: S, frames: [&[f64]; BLOCK], out: &mut [f64]) {
+    const LANES: [f64; BLOCK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+    let lanes = S::F64_LANES;
+    let out = S::as_mut_simd_f64s(out).0;
+    let parts = BLOCK / lanes;
+    // Lanes whose number lacks the bit 1, 2 or 4.
+    let number = S::as_simd_f64s(&LANES[..lanes]).0[0];
+    let zero = simd.splat_f64s(0.0);
+    let mut lacks = [simd.equal_f64s(number, number); 3];
+    for (bit, lacks) in lacks.iter_mut().enumerate() {
+        let mut of_lane = [0.0; BLOCK];
+        for lane in 0..BLOCK {
+            of_lane[lane] = f64::from(u8::from(lane >> bit & 1 == 1));
+        }
+        *lacks = simd.equal_f64s(S::as_simd_f64s(&of_lane[..lanes]).0[0], zero);
+    }
+    let count = frames[0].len();
+    for first in (0..count).step_by(lanes) {
+        for part in 0..parts {
+            let mut square = [zero; BLOCK];
+            for k in 0..lanes {
+                let numbers = &frames[part * lanes + k][first..];
+                square[k] = if first + lanes <= count {
+                    S::as_simd_f64s(&numbers[..lanes]).0[0]
+                } else {
+                    simd.partial_load_f64s(numbers)
+                };
+            }
+            // A square of numbers is transposed by transposing its quarters and exchanging two of them.
+            for bit in (0..lanes.trailing_zeros() as usize).rev() {
+                let step = 1 << bit;
+                for k in 0..lanes {
+                    if k & step == 0 {
+                        let (a, b) = (square[k], square[k + step]);
+                        square[k] = simd.select_f64s(lacks[bit], a, simd.rotate_right_f64s(b, step));
+                        square[k + step] = simd.select_f64s(lacks[bit], simd.rotate_left_f64s(a, step), b);
+                    }
+                }
+            }
+            for k in 0..lanes {
+                out[(first + k) * parts + part] = square[k];
             }
         }
     }

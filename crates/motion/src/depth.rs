@@ -29,10 +29,8 @@ pub(crate) fn refine(tracks: &Tracks, body: &mut Registered, sigma: f64) -> Spre
     let equal = Spread { across: sigma, along: sigma };
     let features = body.shape.len();
     let (posed, known) = (body.poses.iter().flatten().count(), body.shape.iter().flatten().count());
-    if posed < 5 || known < 4 || sigma <= 0.0 {
-        return equal;
-    }
-    let (mut poses, mut shape, mut used) = (body.poses.clone(), body.shape.clone(), body.used.clone());
+    let Some(mut used) = body.used.clone().filter(|_| posed >= 5 && known >= 4 && sigma > 0.0) else { return equal };
+    let (mut poses, mut shape) = (body.poses.clone(), body.shape.clone());
     let mut spread = equal;
     for round in 0..ROUNDS {
         if round > 0 {
@@ -65,7 +63,7 @@ pub(crate) fn refine(tracks: &Tracks, body: &mut Registered, sigma: f64) -> Spre
         }
     }
     rebase(&mut poses, &mut shape);
-    (body.poses, body.shape, body.used) = (poses, shape, used);
+    (body.poses, body.shape, body.used) = (poses, shape, Some(used));
     spread
 }
 

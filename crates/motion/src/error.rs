@@ -50,6 +50,28 @@ pub enum MotionError {
         /// Labels given.
         labels: usize,
     },
+    /// A frame has positions of another number of bodies.
+    #[error(
+        "a frame has positions of {found} bodies, where there are {expected}; give those of all bodies, NaN where missing"
+    )]
+    BodyCount {
+        /// Bodies that are recorded.
+        expected: usize,
+        /// Bodies of which positions were given.
+        found: usize,
+    },
+    /// A frame has another number of positions of a body than that has features.
+    #[error(
+        "a frame has {found} positions of body `{body}`, which has {expected} features; give one of each, NaN where missing"
+    )]
+    FeatureCount {
+        /// Body name.
+        body: String,
+        /// Its features.
+        expected: usize,
+        /// Positions given.
+        found: usize,
+    },
     /// A body is never seen.
     #[error("body `{body}` has no sample in any frame; leave it out, or check its columns")]
     NeverSeen {

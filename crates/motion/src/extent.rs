@@ -2,7 +2,7 @@
 
 mod in_lanes;
 
-pub use in_lanes::{extent_of_rows, path_length_of_rows};
+pub use in_lanes::{Extents, extent_of_rows, path_length_of_rows};
 
 use nalgebra::{Point3, distance, distance_squared};
 
@@ -89,7 +89,9 @@ mod tests {
     fn the_extent_equals_the_largest_of_all_distances() {
         let wild = |s: f64| Point3::new((s * 0.7).sin() * s, (s * 1.3).cos() * 3.0, (s * 0.1).sin() * 20.0);
         let circle = |s: f64| Point3::new((s * 0.01).cos(), (s * 0.01).sin(), 1e-3 * (s * s).sin());
-        for place in [&wild as &dyn Fn(f64) -> Point3<f64>, &circle] {
+        let arc = |s: f64| Point3::new((0.3 * s).sin().cos(), (0.3 * s).sin().sin(), 1e-3 * (s * s).sin());
+        let line = |s: f64| Point3::new((0.03 * s).sin(), 1e-3 * (7.0 * s).sin(), 1e-3 * (s * s).sin());
+        for place in [&wild as &dyn Fn(f64) -> Point3<f64>, &circle, &arc, &line] {
             for count in [2, 15, 16, 17, 60, 700] {
                 let points: Vec<_> = (0..count).map(|i| place(f64::from(i))).collect();
                 let all = points.iter().flat_map(|p| points.iter().map(move |q| distance(p, q)));

@@ -37,6 +37,11 @@ pub(crate) fn for_residuals<'p>(
     Arch::new().dispatch(Residuals { tracks, poses, shape, look });
 }
 
+/// Sum of the distances that all features go from each of some frames to the next; all must be seen.
+pub(crate) fn way(tracks: &Tracks, frames: &[usize]) -> f64 {
+    Arch::new().dispatch(Way { tracks, frames })
+}
+
 struct Places<'a, I> {
     tracks: &'a Tracks,
     poses: I,
@@ -73,7 +78,7 @@ impl<'p, I: Iterator<Item = (usize, &'p Pose)>> WithSimd for Places<'_, I> {
             let [x, y, z] = &mut sums;
             let sums = [S::as_mut_simd_f64s(x).0, S::as_mut_simd_f64s(y).0, S::as_mut_simd_f64s(z).0];
             for at in 0..row.len() {
-                let mut d = frame.about_the_body(simd, at);
+                let mut d = frame.about_the_body(simd, at, at % 3);
                 if !whole {
                     d = simd.mul_f64s(d, row[at]);
                 }
@@ -111,7 +116,7 @@ impl<'p, I: Iterator<Item = (usize, &'p Pose)>, F: FnMut(usize, &[Vector3<f64>])
             let frame = Frame::of(simd, tracks, number, pose);
             let row = S::as_mut_simd_f64s(&mut residuals).0;
             for at in 0..row.len() {
-                let mut off = frame.about_the_body(simd, at);
+                let mut off = frame.about_the_body(simd, at, at % 3);
                 for axis in 0..3 {
                     let product = simd.mul_f64s(frame.turn[at % 3][axis], places[axis][at]);
                     off = simd.sub_f64s(off, product);
@@ -120,6 +125,50 @@ impl<'p, I: Iterator<Item = (usize, &'p Pose)>, F: FnMut(usize, &[Vector3<f64>])
             }
             look(number, cast_slice(&residuals[..3 * features]));
         }
+    }
+}
+
+struct Way<'a> {
+    tracks: &'a Tracks,
+    frames: &'a [usize],
+}
+
+impl WithSimd for Way<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { tracks, frames } = self;
+        let mut sum = [0.0; WIDEST];
+        for step in frames.windows(2) {
+            let from: &[f64] = cast_slice(tracks.frame(step[0]));
+            let to: &[f64] = cast_slice(tracks.frame(step[1]));
+            let (from, rest_from) = from.as_chunks::<{ 3 * WIDEST }>();
+            let (to, rest_to) = to.as_chunks::<{ 3 * WIDEST }>();
+            for (from, to) in from.iter().zip(to) {
+                let mut squares = [0.0; 3 * WIDEST];
+                let out = S::as_mut_simd_f64s(&mut squares).0;
+                let (from, to) = (S::as_simd_f64s(from).0, S::as_simd_f64s(to).0);
+                for k in 0..out.len() {
+                    let d = simd.sub_f64s(to[k], from[k]);
+                    out[k] = simd.mul_f64s(d, d);
+                }
+                let mut of_points = [0.0; WIDEST];
+                for point in 0..WIDEST {
+                    of_points[point] = squares[3 * point] + squares[3 * point + 1] + squares[3 * point + 2];
+                }
+                let of_points = S::as_simd_f64s(&of_points).0;
+                let sum = S::as_mut_simd_f64s(&mut sum).0;
+                for k in 0..sum.len() {
+                    sum[k] = simd.add_f64s(sum[k], simd.sqrt_f64s(of_points[k]));
+                }
+            }
+            for (point, (from, to)) in rest_from.chunks_exact(3).zip(rest_to.chunks_exact(3)).enumerate() {
+                let square: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
+                sum[point] += square.sqrt();
+            }
+        }
+        sum.iter().sum()
     }
 }
 
@@ -134,7 +183,7 @@ pub(crate) fn expanded<S: Simd>(places: &[Vector3<f64>]) -> [Vec<f64>; 3] {
 }
 
 /// Numbers of a row that fills whole triples of registers.
-fn padded<S: Simd>(features: usize) -> usize {
+pub(crate) fn padded<S: Simd>(features: usize) -> usize {
     (3 * features).next_multiple_of(3 * S::F64_LANES)
 }
 
@@ -161,17 +210,17 @@ fn by_coordinate<S: Simd>(simd: S, numbers: [f64; 3]) -> [S::f64s; 3] {
 }
 
 /// A frame's numbers, and its pose in the order in which registers meet them.
-struct Frame<'a, S: Simd> {
+pub(crate) struct Frame<'a, S: Simd> {
     full: &'a [S::f64s],
     rest: &'a [f64],
     /// `turn[k][a]` of a lane that holds coordinate `b` is `R[b][a]`.
-    turn: [[S::f64s; 3]; 3],
+    pub(crate) turn: [[S::f64s; 3]; 3],
     shift: [S::f64s; 3],
 }
 
 impl<'a, S: Simd> Frame<'a, S> {
     #[inline(always)]
-    fn of(simd: S, tracks: &'a Tracks, frame: usize, pose: &Pose) -> Self {
+    pub(crate) fn of(simd: S, tracks: &'a Tracks, frame: usize, pose: &Pose) -> Self {
         let rotation = pose.rotation.to_rotation_matrix();
         let zero = simd.splat_f64s(0.0);
         let mut turn = [[zero; 3]; 3];
@@ -185,15 +234,15 @@ impl<'a, S: Simd> Frame<'a, S> {
         Self { full, rest, turn, shift: by_coordinate(simd, pose.translation.vector.into()) }
     }
 
-    /// A register of positions less the pose's translation.
+    /// A register of positions less the pose's translation, `k` being its place in its triple; beyond the frame it means nothing.
     #[inline(always)]
-    fn about_the_body(&self, simd: S, at: usize) -> S::f64s {
+    pub(crate) fn about_the_body(&self, simd: S, at: usize, k: usize) -> S::f64s {
         let position = match at.cmp(&self.full.len()) {
             std::cmp::Ordering::Less => self.full[at],
             std::cmp::Ordering::Equal => simd.partial_load_f64s(self.rest),
             std::cmp::Ordering::Greater => simd.splat_f64s(0.0),
         };
-        simd.sub_f64s(position, self.shift[at % 3])
+        simd.sub_f64s(position, self.shift[k])
     }
 }
 

@@ -39,8 +39,9 @@ const MOST_DRIFT: f64 = 0.96;
 const QUIET_SHARE: f64 = 0.2;
 const NORMAL_QUIET: f64 = 1.002_584;
 
-/// What the residuals of a registration to a shape tell.
-pub(crate) struct Residuals {
+/// What the residuals of a registration to a shape tell of noise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Noisy {
     /// Standard deviation of one coordinate, metres; `None` where nothing is left to tell noise by.
     ///
     /// *Definition.* `σ² = Σ |x - G s|² / dof` over the samples used, `dof = 3 n - 6 frames - 3 features + 6`: six per
@@ -49,6 +50,35 @@ pub(crate) struct Residuals {
     pub(crate) sigma: Option<f64>,
     /// The same in a typical frame, metres: the median over frames, which a few wild samples do not move.
     pub(crate) typical: Option<f64>,
+}
+
+/// Samples of a posed frame, and the sum of their squared residuals, m².
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OfFrame {
+    pub(crate) samples: usize,
+    pub(crate) squares: f64,
+}
+
+impl Noisy {
+    /// By the frames that count, with `less` squares than they have in sum, m², and by how many features they show.
+    pub(crate) fn of(frames: &[OfFrame], less: f64, features: usize, tracks: &Tracks) -> Self {
+        let samples: usize = frames.iter().map(|frame| frame.samples).sum();
+        let squares = frames.iter().map(|frame| frame.squares).sum::<f64>() - less;
+        let freedom = (3 * samples + 6).saturating_sub(6 * frames.len() + 3 * features);
+        let never_changes =
+            frames.len() == 1 && tracks.frames() > 1 && (1..tracks.frames()).all(|t| tracks.repeats_previous(t));
+        let sigma =
+            if freedom > 0 { Some((squares.max(0.0) / freedom as f64).sqrt()) } else { never_changes.then_some(0.0) };
+        let telling = frames.iter().filter(|frame| frame.samples > 3);
+        let mut of_frames: Vec<f64> =
+            telling.map(|frame| (frame.squares / (3 * frame.samples - 6) as f64).sqrt()).collect();
+        Self { sigma, typical: median(&mut of_frames).or(sigma) }
+    }
+}
+
+/// What the residuals of a registration to a shape tell.
+pub(crate) struct Residuals {
+    pub(crate) noisy: Noisy,
     /// The sample farthest from where the body's shape puts it: frame, feature, distance in metres.
     pub(crate) worst: Option<(usize, usize, f64)>,
 }
@@ -62,36 +92,26 @@ impl Residuals {
         counts: impl Fn(usize, usize) -> bool,
     ) -> Self {
         let mut used = vec![false; shape.len()];
-        let (mut samples, mut frames, mut sum) = (0_usize, 0_usize, 0.0);
-        let (mut of_frames, mut worst) = (Vec::new(), None);
+        let (mut frames, mut worst) = (Vec::new(), None);
         for_residuals(tracks, fresh(tracks, poses), shape, |frame, residuals| {
-            let (mut here, mut squares) = (0_usize, 0.0);
+            let mut here = OfFrame { samples: 0, squares: 0.0 };
             for (feature, residual) in residuals.iter().enumerate() {
                 if shape[feature].is_none() || !tracks.is_visible(frame, feature) || !counts(frame, feature) {
                     continue;
                 }
                 let square = residual.norm_squared();
                 used[feature] = true;
-                here += 1;
-                squares += square;
+                here.samples += 1;
+                here.squares += square;
                 if worst.is_none_or(|(_, _, most)| square > most) {
                     worst = Some((frame, feature, square));
                 }
             }
-            frames += 1;
-            samples += here;
-            sum += squares;
-            if here > 3 {
-                of_frames.push((squares / (3 * here - 6) as f64).sqrt());
-            }
+            frames.push(here);
         });
-        let features = used.iter().filter(|used| **used).count();
-        let freedom = (3 * samples + 6).saturating_sub(6 * frames + 3 * features);
-        let never_changes =
-            frames == 1 && tracks.frames() > 1 && (1..tracks.frames()).all(|t| tracks.repeats_previous(t));
-        let sigma = if freedom > 0 { Some((sum / freedom as f64).sqrt()) } else { never_changes.then_some(0.0) };
+        let noisy = Noisy::of(&frames, 0.0, used.iter().filter(|used| **used).count(), tracks);
         let worst = worst.map(|(frame, feature, square)| (frame, feature, square.sqrt()));
-        Self { sigma, typical: median(&mut of_frames).or(sigma), worst }
+        Self { noisy, worst }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::flat_rows::sums_of_places;
 use crate::{Pose, RegistrationError, Tracks, noise, register, register_frames};
 
 /// Change of the shape, as a share of its size, at which the alternation has converged.
-const SHAPE_CONVERGED: f64 = 1e-11;
+pub(crate) const SHAPE_CONVERGED: f64 = 1e-11;
 
 /// Positions of the features in the body's coordinates, metres, where known.
 pub(crate) type Shape = Vec<Option<Point3<f64>>>;
@@ -17,7 +17,7 @@ pub(crate) fn posed(poses: &[Option<Pose>]) -> impl Iterator<Item = (usize, &Pos
 }
 
 /// Registers a frame to the known positions of features in the body's coordinates.
-fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Pose, RegistrationError> {
+pub(crate) fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Pose, RegistrationError> {
     register(tracks.seen(frame).filter_map(|(feature, target)| Some((shape[feature].as_ref()?, target))))
 }
 
@@ -60,13 +60,18 @@ fn linked(tracks: &Tracks, (start, mut latest): (usize, Shape)) -> Vec<Option<Po
     let mut poses = vec![None; tracks.frames()];
     poses[start] = Some(Pose::identity());
     for frame in (start + 1..tracks.frames()).chain((0..start).rev()) {
-        let Ok(pose) = pose_of(tracks, frame, &latest) else { continue };
-        for (feature, position) in tracks.seen(frame) {
-            latest[feature] = Some(pose.inverse_transform_point(position));
-        }
-        poses[frame] = Some(pose);
+        poses[frame] = follow(tracks, frame, &mut latest);
     }
     poses
+}
+
+/// Registers a frame to the features' latest positions, which then are those of this frame.
+pub(crate) fn follow(tracks: &Tracks, frame: usize, latest: &mut Shape) -> Option<Pose> {
+    let pose = pose_of(tracks, frame, latest).ok()?;
+    for (feature, position) in tracks.seen(frame) {
+        latest[feature] = Some(pose.inverse_transform_point(position));
+    }
+    Some(pose)
 }
 
 /// Every frame to the first one, by the features that the first one shows.
@@ -112,13 +117,13 @@ pub(crate) fn rebase_to(start: &Pose, poses: &mut [Option<Pose>], shape: &mut Sh
 }
 
 /// Mean of every feature's positions in the body's coordinates; exact repetitions of a frame count once.
-fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
+pub(crate) fn mean_shape(tracks: &Tracks, poses: &[Option<Pose>]) -> Shape {
     let sums = sums_of_places(tracks, noise::fresh(tracks, poses), None);
     sums.into_iter().map(|(count, sum)| (count > 0.0).then(|| Point3::from(sum / count))).collect()
 }
 
 /// Largest distance that a feature's position moved, metres.
-fn change(before: &Shape, after: &Shape) -> f64 {
+pub(crate) fn change(before: &Shape, after: &Shape) -> f64 {
     let moved = |(a, b): (&Option<Point3<f64>>, &Option<Point3<f64>>)| match (a, b) {
         (Some(a), Some(b)) => nalgebra::distance(a, b),
         (None, None) => 0.0,

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Point3;
+
 use crate::{Body, MotionError};
 
 /// Bodies observed over the same frames.
@@ -64,6 +66,43 @@ impl Recording {
         let mut bodies = vec![Body::at_rest(name, self.frames())];
         bodies.extend(self.bodies);
         Self::new(self.frame_numbers, self.times, bodies)
+    }
+
+    /// Bodies of which no frame is known yet.
+    pub(crate) fn without_frames(bodies: Vec<Body>) -> Result<Self, MotionError> {
+        if bodies.is_empty() {
+            return Err(MotionError::Empty);
+        }
+        let recording = Self { frame_numbers: Vec::new(), times: Some(Vec::new()), bodies };
+        let mut names = BTreeSet::new();
+        match recording.bodies.iter().find(|body| !names.insert(body.name())) {
+            Some(twice) => Err(MotionError::DuplicateName { body: twice.name().into() }),
+            None => Ok(recording),
+        }
+    }
+
+    /// Adds a frame to bodies of points whose times are known, or changes nothing.
+    pub(crate) fn push(&mut self, time: f64, positions: &[impl AsRef<[Point3<f64>]>]) -> Result<(), MotionError> {
+        let frame = self.frames();
+        if positions.len() != self.bodies.len() {
+            return Err(MotionError::BodyCount { expected: self.bodies.len(), found: positions.len() });
+        }
+        let last = self.times().and_then(|times| times.last().copied());
+        if !time.is_finite() {
+            return Err(MotionError::Times { detail: format!("found {time}") });
+        }
+        if let Some(last) = last.filter(|last| time < *last) {
+            return Err(MotionError::Times { detail: format!("{time} s in frame {frame} follows {last} s") });
+        }
+        for (body, positions) in self.bodies.iter().zip(positions) {
+            body.check_frame(frame, positions.as_ref())?;
+        }
+        self.frame_numbers.push(frame as u64);
+        self.times.get_or_insert_default().push(time);
+        for (body, positions) in self.bodies.iter_mut().zip(positions) {
+            body.push(positions.as_ref());
+        }
+        Ok(())
     }
 
     /// Number of frames.

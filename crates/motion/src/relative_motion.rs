@@ -5,7 +5,9 @@ use std::sync::OnceLock;
 use nalgebra::{Point3, Vector3, distance};
 
 use crate::answers::Answers;
-use crate::{BodyMotion, Columns, Pose, PoseSeries, Tracks, extent, path_length, path_length_of_rows};
+use crate::columns::Placed;
+use crate::flat_rows::way;
+use crate::{BodyMotion, Columns, Pose, PoseSeries, Summary, Tracks, extent, path_length};
 
 /// Why one body's motion cannot be seen from another.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -95,7 +97,7 @@ pub struct RelativeMotion<'m> {
     moving: &'m BodyMotion<'m>,
     frames: Vec<usize>,
     trajectories: OnceLock<Trajectories>,
-    columns: OnceLock<Option<Columns>>,
+    columns: OnceLock<Option<Placed>>,
     paths: OnceLock<Lengths>,
     pose_series: OnceLock<Option<PoseSeries>>,
     answers: Answers,
@@ -156,18 +158,19 @@ impl<'m> RelativeMotion<'m> {
 
     /// The moving body's features as seen from the reference.
     pub fn trajectories(&self) -> &Trajectories {
-        self.trajectories.get_or_init(|| seen_from(self.moving, &self.frames, &self.recording_poses()))
+        self.trajectories.get_or_init(|| seen_from(self.moving, &self.frames, |frame| self.recording_pose(frame)))
     }
 
     /// The same, coordinate by coordinate; `None` unless every feature is seen in every frame that counts.
-    pub fn columns(&self) -> Option<&Columns> {
-        let columns = || Columns::of(self.moving.tracks(), &self.frames, &self.recording_poses());
-        self.columns.get_or_init(columns).as_ref()
+    pub fn columns(&self) -> Option<Columns<'_>> {
+        let tracks = self.moving.tracks();
+        let placed = self.columns.get_or_init(|| Placed::of(tracks, &self.frames, |frame| self.recording_pose(frame)));
+        Some(Columns::new(tracks, &self.frames, placed.as_ref()?))
     }
 
-    /// `reference_from_recording` in every frame that counts.
-    fn recording_poses(&self) -> Vec<Pose> {
-        self.frames.iter().map(|&frame| self.reference.poses()[frame].unwrap_or_default().inverse()).collect()
+    /// `reference_from_recording` in a frame that counts.
+    fn recording_pose(&self, frame: usize) -> Pose {
+        self.reference.poses()[frame].unwrap_or_default().inverse()
     }
 
     /// `reference_from_moving` at a frame, where both bodies are posed.
@@ -249,20 +252,33 @@ impl<'m> RelativeMotion<'m> {
     /// Thesis equation (45), as printed: "the sum about the euclidean distances between all time frames".
     pub fn path_lengths(&self) -> Lengths {
         *self.paths.get_or_init(|| {
-            let steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
-            let mean = |path: Path| (path.length / path.steps.max(1) as f64 * steps, path.magnitude);
-            let all = self.frames.len() == self.recording_frames();
-            let observed = |body: &BodyMotion<'_>| {
-                mean(if all { body.path() } else { Path::observed(body.tracks(), &self.frames) })
-            };
             let relative = match self.columns() {
-                Some(columns) => (0..columns.features())
-                    .map(|feature| Path::along_rows(columns, feature, &self.frames))
-                    .fold(Path::default(), Path::and),
+                Some(columns) => Path::summed_up(columns.summaries(), &self.frames),
                 None => self.trajectories().iter().map(Path::along).fold(Path::default(), Path::and),
             };
-            self.above_rounding([observed(self.reference), observed(self.moving), mean(relative)])
+            let [reference, moving] = self.observed_paths();
+            self.above_rounding([reference, moving, self.mean_path(relative)])
         })
+    }
+
+    /// Whether neither body moves in the recording, but for the rounding of coordinates.
+    pub fn is_at_rest(&self) -> bool {
+        let [reference, moving] = self.observed_paths();
+        let lengths = self.above_rounding([reference, moving, (0.0, 0.0)]);
+        lengths.reference == 0.0 && lengths.moving == 0.0
+    }
+
+    /// The way of a typical feature of the reference and of the moving body through the frames that count, and the largest
+    /// coordinate on it, metres.
+    fn observed_paths(&self) -> [(f64, f64); 2] {
+        let all = self.frames.len() == self.recording_frames();
+        [self.reference, self.moving]
+            .map(|body| self.mean_path(if all { body.path() } else { Path::observed(body.tracks(), &self.frames) }))
+    }
+
+    fn mean_path(&self, path: Path) -> (f64, f64) {
+        let steps = (self.frames[self.frames.len() - 1] - self.frames[0]) as f64;
+        (path.length / path.steps.max(1) as f64 * steps, path.magnitude)
     }
 
     /// Net lengths: the largest distance between any two samples of a trajectory, mean over features.
@@ -326,15 +342,9 @@ impl Path {
 
     /// The same where every frame shows all features.
     fn of_all(tracks: &Tracks, frames: &[usize]) -> Self {
-        let mut path = Self::default();
-        for step in frames.windows(2) {
-            let (from, to) = (tracks.frame(step[0]), tracks.frame(step[1]));
-            path.length += from.iter().zip(to).map(|(from, to)| distance(from, to)).sum::<f64>();
-            path.steps += (step[1] - step[0]) * tracks.features();
-        }
-        let points = frames.iter().flat_map(|&frame| tracks.frame(frame));
-        path.magnitude = points.fold(0.0_f64, |m, p| m.max(p.x.abs()).max(p.y.abs()).max(p.z.abs()));
-        path
+        let steps = frames.last().zip(frames.first()).map_or(0, |(last, first)| last - first);
+        // The largest coordinate of all frames says as well what rounding explains.
+        Self { length: way(tracks, frames), steps: steps * tracks.features(), magnitude: tracks.magnitude() }
     }
 
     /// Of one feature.
@@ -344,12 +354,13 @@ impl Path {
         Self { length: path_length(trajectory.points), steps, magnitude }
     }
 
-    /// The same of a feature that is always seen.
-    fn along_rows(columns: &Columns, feature: usize, frames: &[usize]) -> Self {
-        let rows = columns.rows(feature);
-        let magnitude = rows.iter().map(|row| largest(row)).fold(0.0, f64::max);
-        let steps = frames[frames.len() - 1] - frames[0];
-        Self { length: path_length_of_rows(rows, columns.frames()), steps, magnitude }
+    /// Of features that are always seen.
+    fn summed_up(all: &[Summary], frames: &[usize]) -> Self {
+        Self {
+            length: all.iter().map(|one| one.path).sum(),
+            steps: all.len() * (frames[frames.len() - 1] - frames[0]),
+            magnitude: all.iter().map(|one| one.magnitude).fold(0.0, f64::max),
+        }
     }
 
     /// With all positions multiplied.
@@ -362,24 +373,10 @@ impl Path {
     }
 }
 
-/// The largest size of numbers, several of which are looked at beside each other.
-fn largest(numbers: &[f64]) -> f64 {
-    const BESIDE: usize = 8;
-    let mut most = [0.0; BESIDE];
-    let chunks = numbers.chunks_exact(BESIDE);
-    let rest = chunks.remainder().iter().fold(0.0_f64, |most, number| most.max(number.abs()));
-    for chunk in chunks {
-        for (most, number) in most.iter_mut().zip(chunk) {
-            *most = if number.abs() > *most { number.abs() } else { *most };
-        }
-    }
-    most.into_iter().fold(rest, f64::max)
-}
-
-/// A body's features after the poses `target_from_recording` of some frames.
-fn seen_from(moving: &BodyMotion<'_>, frames: &[usize], poses: &[Pose]) -> Trajectories {
-    let maps = poses.iter().map(|pose| (pose.rotation.to_rotation_matrix(), pose.translation.vector));
-    let maps: Vec<_> = maps.collect();
+/// A body's features after the pose `target_from_recording` of each of some frames.
+fn seen_from(moving: &BodyMotion<'_>, frames: &[usize], pose: impl Fn(usize) -> Pose) -> Trajectories {
+    let poses = frames.iter().map(|&frame| pose(frame));
+    let maps: Vec<_> = poses.map(|pose| (pose.rotation.to_rotation_matrix(), pose.translation.vector)).collect();
     collect(moving, frames, |index, point| {
         let (rotation, translation) = &maps[index];
         rotation * point + translation

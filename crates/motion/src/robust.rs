@@ -42,12 +42,12 @@ const CONVERGED: f64 = 1e-10;
 /// A body registered to its own shape.
 #[derive(Debug, Clone)]
 pub(crate) struct Registered {
-    /// `recording_from_body`; the first one is the identity.
+    /// `recording_from_body`; the first one is the identity. A body whose poses are believed takes them over.
     pub(crate) poses: Vec<Option<Pose>>,
     /// Positions of the features in the body's coordinates.
     pub(crate) shape: Shape,
-    /// Whether a sample, frame-major, took part.
-    pub(crate) used: Vec<bool>,
+    /// Whether a sample, frame-major, took part; `None` where all that are seen did.
+    pub(crate) used: Option<Vec<bool>>,
     /// Features that disagree with the rest of the body and were left out.
     pub(crate) strays: Vec<usize>,
     /// Number of samples of the other features that were left out.
@@ -57,9 +57,12 @@ pub(crate) struct Registered {
 impl Registered {
     /// Poses found otherwise, in which every sample took part. The shape is not known yet.
     pub(crate) fn plain(tracks: &Tracks, poses: Vec<Option<Pose>>) -> Self {
-        let (frames, features) = (tracks.frames(), tracks.features());
-        let used = (0..frames).flat_map(|t| (0..features).map(move |f| tracks.is_visible(t, f))).collect();
-        Self { poses, shape: vec![None; features], used, strays: Vec::new(), wild: 0 }
+        Self { poses, shape: vec![None; tracks.features()], used: None, strays: Vec::new(), wild: 0 }
+    }
+
+    /// Whether a sample that is seen took part.
+    pub(crate) fn uses(&self, frame: usize, feature: usize) -> bool {
+        self.used.as_ref().is_none_or(|used| used[frame * self.shape.len() + feature])
     }
 }
 
@@ -394,6 +397,6 @@ impl<'t> State<'t> {
         let wild = self.judged().filter(|&(frame, f)| !self.strays[f] && !used[frame * features + f]).count();
         let strays: Vec<usize> = (0..features).filter(|&feature| self.strays[feature]).collect();
         rebase(&mut self.poses, &mut self.shape);
-        Registered { poses: self.poses, shape: self.shape, used, strays, wild }
+        Registered { poses: self.poses, shape: self.shape, used: Some(used), strays, wild }
     }
 }

@@ -18,6 +18,7 @@ pub struct Tracks {
     positions: Vec<Point3<f64>>,
     visible: Vec<u64>,
     words: usize,
+    magnitude: f64,
 }
 
 impl Tracks {
@@ -32,25 +33,29 @@ impl Tracks {
         }
         let words = features.div_ceil(64);
         let mut visible = vec![0; words * frames];
+        let mut magnitude = 0.0_f64;
         if features > 0 {
             for (row, bits) in positions.chunks_exact_mut(features).zip(visible.chunks_exact_mut(words)) {
-                for (feature, point) in row.iter_mut().enumerate() {
-                    if point.iter().any(|c| c.is_nan()) {
-                        *point = Point3::origin();
-                    } else {
-                        bits[feature / 64] |= 1 << (feature % 64);
-                    }
-                }
+                magnitude = magnitude.max(see(row, bits));
             }
         }
-        Ok(Self { features, positions, visible, words })
+        Ok(Self { features, positions, visible, words, magnitude })
+    }
+
+    /// Adds a frame.
+    pub(crate) fn push(&mut self, frame: &[Point3<f64>]) {
+        let (positions, words) = (self.positions.len(), self.visible.len());
+        self.positions.extend_from_slice(frame);
+        self.visible.resize(words + self.words, 0);
+        let (row, bits) = (&mut self.positions[positions..], &mut self.visible[words..]);
+        self.magnitude = self.magnitude.max(see(row, bits));
     }
 
     /// All positions multiplied by a positive factor.
     #[must_use]
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         let positions = self.positions.iter().map(|position| position * factor).collect();
-        Self { positions, visible: self.visible.clone(), ..*self }
+        Self { positions, visible: self.visible.clone(), magnitude: factor * self.magnitude, ..*self }
     }
 
     /// Number of frames.
@@ -61,6 +66,11 @@ impl Tracks {
     /// Number of features.
     pub fn features(&self) -> usize {
         self.features
+    }
+
+    /// The largest coordinate of any observed sample, by its size, metres.
+    pub fn magnitude(&self) -> f64 {
+        self.magnitude
     }
 
     /// All positions of one frame, in metres, one per feature; missing ones are at the origin.
@@ -120,11 +130,29 @@ impl Tracks {
 
     /// The first sample with a coordinate that is infinite or beyond measure, as (frame, feature, coordinate).
     pub(crate) fn first_unusable(&self) -> Option<(usize, usize, f64)> {
-        let usable = |c: &f64| c.abs() <= LARGEST_COORDINATE;
-        let index = self.positions.iter().position(|p| !p.iter().all(usable))?;
-        let value = self.positions[index].iter().copied().find(|c| !usable(c))?;
+        let (index, value) = unusable(&self.positions)?;
         Some((index / self.features, index % self.features, value))
     }
+}
+
+/// The first position with a coordinate that is infinite or beyond measure, by its index, and that coordinate.
+pub(crate) fn unusable(positions: &[Point3<f64>]) -> Option<(usize, f64)> {
+    let unusable = |c: &f64| c.abs() > LARGEST_COORDINATE;
+    positions.iter().enumerate().find_map(|(index, p)| Some((index, p.iter().copied().find(unusable)?)))
+}
+
+/// Marks which samples of a frame are seen, puts the others at the origin, and gives the largest coordinate.
+fn see(row: &mut [Point3<f64>], bits: &mut [u64]) -> f64 {
+    let mut magnitude = 0.0_f64;
+    for (feature, point) in row.iter_mut().enumerate() {
+        if point.iter().any(|c| c.is_nan()) {
+            *point = Point3::origin();
+        } else {
+            bits[feature / 64] |= 1 << (feature % 64);
+            magnitude = magnitude.max(point.coords.amax());
+        }
+    }
+    magnitude
 }
 
 /// Whether places are one place but for noise, metres per coordinate.

@@ -40,7 +40,7 @@ pub(crate) fn measure(document: &mut Document) {
             3.0,
             "×",
             measured,
-            "registration reads all positions several times, and each model all trajectories",
+            "registration reads all positions several times, and trajectories are placed anew for every look at all of them",
         );
     }
     match peak {
@@ -52,7 +52,7 @@ pub(crate) fn measure(document: &mut Document) {
                 64.0,
                 "MB",
                 measured,
-                "trajectories of all features are kept in rows",
+                "poses of both bodies, and the rows of some features at a time",
             );
         }
         None => document.absent("the peak of memory (only Linux tells it)".into()),

@@ -15,6 +15,7 @@ mod document;
 mod doublings;
 mod floor;
 mod likelihood;
+mod live;
 mod long;
 mod peer;
 mod program;
@@ -32,11 +33,12 @@ use document::Document;
 /// A group of rows, by the name that selects it.
 type Group = (&'static str, fn(&mut Document));
 
-const GROUPS: [Group; 7] = [
+const GROUPS: [Group; 8] = [
     ("registration", registration::measure),
     ("thesis", thesis::measure),
     ("scale", scale::measure),
     ("long", long::measure),
+    ("live", live::measure),
     ("likelihood", likelihood::measure),
     ("program", program::measure),
     ("doublings", doublings::measure),

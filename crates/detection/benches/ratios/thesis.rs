@@ -108,7 +108,7 @@ fn one_pair(document: &mut Document) {
             Wanted::AtLeast(60.0),
             "×",
             measured,
-            "registrations tell the noise besides, which numpy does not, in several rounds over all positions",
+            "registrations tell the noise besides, which numpy does not, and every model goes over all positions",
         );
     }
     for name in ["ours", "ours, chained"] {

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use jointscope_motion::{Body, BodyMotion, MotionSettings, Recording, RelativeMotion, Undone, linear_scales};
+use jointscope_motion::{
+    Body, BodyMotion, FrameByFrame, MotionSettings, Recording, RelativeMotion, Undone, linear_scales,
+};
 use rayon::prelude::*;
 
 use super::Detector;
@@ -98,11 +100,19 @@ pub(super) fn repaired(
     Some(Recording::new(numbers, times, bodies).expect("names and frames are those of a recording"))
 }
 
-/// A body's motion, its poses as uncertain as the depth gain that was undone.
-pub(super) fn registered<'r>(body: &'r Body, undone: Option<&Undone>, settings: &MotionSettings) -> BodyMotion<'r> {
+/// A body's motion, its poses as uncertain as the depth gain that was undone; `known` are poses of what was not changed.
+pub(super) fn registered<'r>(
+    body: &'r Body,
+    undone: Option<&Undone>,
+    known: Option<&FrameByFrame>,
+    settings: &MotionSettings,
+) -> BodyMotion<'r> {
     /// Standard errors of a gain that a drift by them counts as chance: the errors of all frames are the same one.
     const ERRORS: f64 = 2.0;
-    let motion = BodyMotion::of(body, settings);
+    let motion = match known.filter(|_| undone.is_none()) {
+        Some(poses) => BodyMotion::of_registered(body, poses, settings),
+        None => BodyMotion::of(body, settings),
+    };
     match undone.and_then(|undone| undone.by_larger_gain.as_ref()) {
         Some(elsewhere) => motion.uncertain_towards(&BodyMotion::of(elsewhere, settings), ERRORS),
         None => motion,

@@ -1,11 +1,11 @@
 //! Plane and circle through a trajectory.
 
-use jointscope_motion::Columns;
+use jointscope_motion::{Rows, Summary};
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::lanes::{Moments, PlaneMoments};
+use super::lanes::PlaneMoments;
 use super::principal_axes;
 
 /// Radius, in extents of the points, beyond which a circle is a straight line.
@@ -65,15 +65,10 @@ impl Circle {
         })
     }
 
-    /// The same through a feature's positions in rows, whose moments are known.
-    pub(super) fn through_rows(
-        columns: &Columns,
-        feature: usize,
-        known: &Moments,
-        method: CircleMethod,
-    ) -> Option<Self> {
+    /// The same through a feature's positions in rows, which are known at a glance.
+    pub(super) fn through_rows(rows: Rows<'_>, known: &Summary, method: CircleMethod) -> Option<Self> {
         Self::in_plane(known.mean, known.covariance, known.magnitude, |axes, square| {
-            let moments = PlaneMoments::of(columns, feature, known.mean, axes, square);
+            let moments = PlaneMoments::of(rows, known.mean, axes, square);
             match method {
                 CircleMethod::Taubin => taubin_of(&moments),
                 CircleMethod::Kasa => kasa(&moments),

@@ -8,11 +8,14 @@ pub(super) fn occupied(points: impl Iterator<Item = (f64, f64)>) -> u16 {
 }
 
 /// The degrees of a circle that points occupy.
-pub(super) struct Degrees([bool; 360]);
+pub(super) struct Degrees([u8; ROW]);
+
+/// Degrees, filled up to whole words of eight.
+const ROW: usize = 384;
 
 impl Default for Degrees {
     fn default() -> Self {
-        Self([false; 360])
+        Self([0; ROW])
     }
 }
 
@@ -24,8 +27,9 @@ impl Degrees {
     }
 
     /// Takes in a point at an angle of so many whole degrees; rounding may turn a tiny negative angle into 360 exactly.
+    #[inline]
     pub(super) fn occupy_degree(&mut self, degree: usize) {
-        self.0[degree.min(359)] = true;
+        self.0[degree.min(359)] = 1;
     }
 
     /// 360 less the longest run of degrees without a point.
@@ -35,13 +39,22 @@ impl Degrees {
 }
 
 /// The longest run of empty degrees around the circle.
-fn longest_gap(occupied: &[bool; 360]) -> u16 {
-    let (mut longest, mut run) = (0, 0);
-    for &hit in occupied.iter().chain(occupied) {
-        run = if hit { 0 } else { run + 1 };
-        longest = longest.max(run);
+fn longest_gap(occupied: &[u8; ROW]) -> u16 {
+    let (mut first, mut last, mut longest) = (None, 0, 0);
+    for (start, word) in (0..).step_by(8).zip(occupied.as_chunks().0) {
+        let mut word = u64::from_le_bytes(*word);
+        while word != 0 {
+            #[expect(clippy::cast_possible_truncation, reason = "a byte of eight")]
+            let degree = start + (word.trailing_zeros() / 8) as u16;
+            match first {
+                None => first = Some(degree),
+                Some(_) => longest = longest.max(degree - last - 1),
+            }
+            last = degree;
+            word &= word - 1;
+        }
     }
-    longest.min(360)
+    first.map_or(360, |first| longest.max(first + 359 - last))
 }
 
 #[cfg(test)]
@@ -50,13 +63,13 @@ mod tests {
 
     #[test]
     fn the_occupied_angle_is_what_the_longest_gap_leaves() {
-        let mut occupied = [false; 360];
+        let mut occupied = [0; ROW];
         assert_eq!(longest_gap(&occupied), 360);
         for degree in 350..380 {
-            occupied[degree % 360] = true;
+            occupied[degree % 360] = 1;
         }
         assert_eq!(360 - longest_gap(&occupied), 30);
-        occupied[200] = true;
+        occupied[200] = 1;
         // Now the largest gap is 20..200, so 180 degrees are occupied.
         assert_eq!(360 - longest_gap(&occupied), 180);
     }

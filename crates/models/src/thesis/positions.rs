@@ -1,6 +1,6 @@
 //! Joint positions over time, from trajectories and an axis.
 
-use super::lanes;
+use super::lanes::{Slid, Turned};
 use jointscope_motion::RelativeMotion;
 use nalgebra::{Complex, Point3, Unit, Vector3};
 use std::f64::consts::TAU;
@@ -8,8 +8,9 @@ use std::f64::consts::TAU;
 /// Displacement along `direction` in metres, per frame of the recording; 0 at the first frame.
 pub(super) fn slides(motion: &RelativeMotion<'_>, direction: Unit<Vector3<f64>>) -> Vec<Option<f64>> {
     if let Some(columns) = motion.columns() {
-        let means = lanes::slides(columns, direction.into_inner()).into_iter().map(|s| s / columns.features() as f64);
-        return by_frame(motion, means);
+        let mut slid = Slid::along(direction, columns);
+        columns.for_each(|_, rows| slid.add(rows));
+        return by_frame(motion, slid.means(columns.features()));
     }
     let place = |p: &Point3<f64>| direction.dot(&p.coords);
     let mean = |pairs: &[(f64, f64)], _| pairs.iter().map(|(start, now)| now - start).sum::<f64>() / pairs.len() as f64;
@@ -20,8 +21,8 @@ pub(super) fn slides(motion: &RelativeMotion<'_>, direction: Unit<Vector3<f64>>)
 ///
 /// Features weigh by their squared distance from the axis, as least squares demands.
 pub(super) fn angles(motion: &RelativeMotion<'_>, point: Point3<f64>, axis: Unit<Vector3<f64>>) -> Vec<Option<f64>> {
-    let x = Unit::new_normalize(axis.cross(&Vector3::ith(axis.iamin(), 1.0)));
-    turns(motion, point, x.into_inner(), axis.cross(&x))
+    let [x, y] = across(axis);
+    turns(motion, point, x, y)
 }
 
 /// The same, with the coordinates in which features turn given by their gradients `x` and `y`.
@@ -31,17 +32,10 @@ pub(super) fn turns(
     x: Vector3<f64>,
     y: Vector3<f64>,
 ) -> Vec<Option<f64>> {
-    let nearest = |turned: Complex<f64>, previous: f64| {
-        let angle = turned.arg();
-        angle + TAU * ((previous - angle) / TAU).round()
-    };
     if let Some(columns) = motion.columns() {
-        let mut previous = 0.0;
-        let unwrapped = lanes::turns(columns, point, x, y).into_iter().enumerate().map(|(index, turned)| {
-            previous = if index == 0 { 0.0 } else { nearest(turned, previous) };
-            previous
-        });
-        return by_frame(motion, unwrapped);
+        let mut turned = Turned::about(point, [x, y], columns);
+        columns.for_each(|_, rows| turned.add(rows));
+        return unwrapped(motion, &turned);
     }
     let place = |p: &Point3<f64>| Complex::new(x.dot(&(p - point)), y.dot(&(p - point)));
     let nearest_turn = |pairs: &[(Complex<f64>, Complex<f64>)], previous: f64| {
@@ -50,8 +44,30 @@ pub(super) fn turns(
     follow(motion, place, nearest_turn, |now, position| now * Complex::from_polar(1.0, -position))
 }
 
+/// The angle of a product of places that is nearest to the previous one.
+fn nearest(turned: Complex<f64>, previous: f64) -> f64 {
+    let angle = turned.arg();
+    angle + TAU * ((previous - angle) / TAU).round()
+}
+
+/// Angles per frame of the recording, unwrapped; 0 at the first frame.
+pub(super) fn unwrapped(motion: &RelativeMotion<'_>, turned: &Turned) -> Vec<Option<f64>> {
+    let mut previous = 0.0;
+    let angles = turned.sums().enumerate().map(|(index, turned)| {
+        previous = if index == 0 { 0.0 } else { nearest(turned, previous) };
+        previous
+    });
+    by_frame(motion, angles)
+}
+
+/// Gradients of the coordinates in which features turn about an axis.
+pub(super) fn across(axis: Unit<Vector3<f64>>) -> [Vector3<f64>; 2] {
+    let x = Unit::new_normalize(axis.cross(&Vector3::ith(axis.iamin(), 1.0)));
+    [x.into_inner(), axis.cross(&x)]
+}
+
 /// Positions of the frames that count, per frame of the recording.
-fn by_frame(motion: &RelativeMotion<'_>, counted: impl Iterator<Item = f64>) -> Vec<Option<f64>> {
+pub(super) fn by_frame(motion: &RelativeMotion<'_>, counted: impl Iterator<Item = f64>) -> Vec<Option<f64>> {
     let mut positions = vec![None; motion.recording_frames()];
     for (&frame, position) in motion.frames().iter().zip(counted) {
         positions[frame] = Some(position);

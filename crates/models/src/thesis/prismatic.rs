@@ -1,13 +1,11 @@
 //! `thesis-prismatic`: all trajectories inside one straight tube, and of one length.
 
-use jointscope_motion::{
-    Columns, RelativeMotion, Trajectory, extent, extent_of_rows, path_length, path_length_of_rows,
-};
+use jointscope_motion::{Columns, RelativeMotion, Trajectory, extent, path_length};
 use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::lanes::{Tallied, along_tube};
+use super::lanes::{Slid, Tallied, along_tube};
 use super::{positions, q_function, trajectories};
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
@@ -108,14 +106,17 @@ impl JointModel for ThesisPrismatic {
             Some(columns) => self.see_rows(columns),
             None => self.see(&trajectories(motion, 2)?),
         };
-        let Some(Seen { tube, cylinder_fit, mean_length, off_line, features, alone }) = seen else {
+        let Some(Seen { tube, cylinder_fit, mean_length, off_line, features, alone, slid }) = seen else {
             return Ok(JointFit::new(Confidence::ZERO, Joint::default())
                 .with_part("cylinder_fit", 0.0)
                 .with_part("lines_equal", 0.0));
         };
         let lines_equal = 1.0 - q_function(mean_length, self.equal_mean, self.equal_steepness);
 
-        let slides = positions::slides(motion, tube.direction);
+        let slides = match slid {
+            Some(slid) => positions::by_frame(motion, slid.means(features)),
+            None => positions::slides(motion, tube.direction),
+        };
         let (direction, reverse) =
             if positions::points_backwards(&slides) { (-tube.direction, true) } else { (tube.direction, false) };
         let slides = Positions::of_one_freedom(slides);
@@ -152,6 +153,8 @@ struct Seen {
     features: usize,
     /// Features that never share a frame with the longest one.
     alone: usize,
+    /// How far the features went along the tube, where that was seen along with it.
+    slid: Option<Slid>,
 }
 
 impl ThesisPrismatic {
@@ -172,36 +175,38 @@ impl ThesisPrismatic {
             features: tracks.len(),
             alone: tracks.iter().filter(|t| common(t, &tracks[longest]).next().is_none()).count(),
             tube,
+            slid: None,
         })
     }
 
     /// The same of features that are always seen.
-    fn see_rows(&self, columns: &Columns) -> Option<Seen> {
-        let features = 0..columns.features();
-        let count = features.len() as f64;
-        let extents: Vec<f64> = features.clone().map(|feature| extent_of_rows(columns.rows(feature))).collect();
-        let path = |feature: usize| path_length_of_rows(columns.rows(feature), columns.frames());
+    fn see_rows(&self, columns: Columns<'_>) -> Option<Seen> {
+        let count = columns.features() as f64;
+        let summaries = columns.summaries();
+        let extents: Vec<f64> = summaries.iter().map(|one| one.extent).collect();
         let longest = match self.longest {
             Longest::Extent => first_longest(&extents),
-            Longest::Path => first_longest(&features.clone().map(path).collect::<Vec<_>>()),
+            Longest::Path => first_longest(&summaries.iter().map(|one| one.path).collect::<Vec<_>>()),
         };
-        let tube = Tube::along((0..columns.frames()).map(|index| columns.point(longest, index)))?;
-        let mut sections = vec![Section::default(); self.section_count(columns.frames() * features.len())];
-        let mut tallied = Tallied {
-            line: tube.direction.into_inner() * tube.length,
-            radius: self.tube_radius,
-            overshoot: self.overshoot,
-            sections: &mut sections,
-        };
-        let squares: f64 = features.clone().map(|feature| along_tube(columns, feature, &mut tallied)).sum();
+        let tube = columns.of(longest, |rows| Tube::along((0..rows.frames).map(|index| rows.point(index))))?;
+        let mut sections = vec![Section::default(); self.section_count(columns.frames() * columns.features())];
+        let line = tube.direction.into_inner() * tube.length;
+        let mut tallied = Tallied::new(line, self.tube_radius, self.overshoot, &mut sections);
+        let mut slid = Slid::along(tube.direction, columns);
+        let mut squares = 0.0;
+        columns.for_each(|_, rows| {
+            squares += along_tube(rows, &mut tallied);
+            slid.add(rows);
+        });
         let greatest = extents.iter().copied().fold(0.0, f64::max);
         Some(Seen {
             cylinder_fit: self.weakest(sections),
             mean_length: extents.iter().map(|own| own / greatest).sum::<f64>() / count,
             off_line: (squares / (count * columns.frames() as f64)).sqrt() * tube.length,
-            features: features.len(),
+            features: columns.features(),
             alone: 0,
             tube,
+            slid: Some(slid),
         })
     }
 

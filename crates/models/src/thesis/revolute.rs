@@ -1,12 +1,12 @@
 //! `thesis-revolute`: every trajectory on a circle, and the circles' centres on one line.
 
-use jointscope_motion::{Columns, RelativeMotion, Trajectory};
+use jointscope_motion::{Columns, RelativeMotion, Rows, Trajectory};
 use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::centre_line::{CentreLine, Centres};
-use super::lanes::{self, Moments};
+use super::lanes::{self, Turned};
 use super::{
     AxisRadius, Circle, CircleMethod, ROUNDING, is_still, occupied, positions, principal_axes, q_function,
     trajectories_by_feature,
@@ -123,13 +123,13 @@ impl JointModel for ThesisRevolute {
         let mut joint = Joint::default();
         let mut residual = None;
         if let Some(CentreLine { point, direction, .. }) = axis {
-            let angles = positions::angles(motion, point, direction);
+            let (angles, off) = turned(motion, &arcs, point, direction);
             let backwards = positions::points_backwards(&angles);
             let positions = Positions::of_one_freedom(angles);
             joint.axis =
                 Some(Axis { point, direction: Some(if backwards { -direction } else { direction }), pitch: Some(0.0) });
             joint.positions = Some(if backwards { positions.reversed() } else { positions });
-            residual = Some(off_circles(motion, &arcs, point, direction));
+            residual = Some(off);
         }
         let confidence = Confidence::new(circle_fit * occupied_angle * axis_fit)?;
         let mut fit = JointFit::new(confidence, joint)
@@ -190,18 +190,18 @@ impl ThesisRevolute {
     }
 
     /// The same of features that are always seen.
-    fn arcs_of_rows(&self, columns: &Columns) -> Vec<Arc> {
-        let arc = |feature: usize| {
-            let moments = Moments::of(columns, feature);
-            let is_still = moments.moved <= ROUNDING * moments.magnitude;
-            let Some(circle) = Circle::through_rows(columns, feature, &moments, self.circle) else {
+    fn arcs_of_rows(&self, columns: Columns<'_>) -> Vec<Arc> {
+        let arc = |feature: usize, rows: Rows<'_>| {
+            let known = &columns.summaries()[feature];
+            let is_still = known.moved <= ROUNDING * known.magnitude;
+            let Some(circle) = Circle::through_rows(rows, known, self.circle) else {
                 return Arc::without_circle(feature, is_still);
             };
-            let (count, degrees) = lanes::on_circle(columns, feature, &circle, self.circle_tolerance);
+            let (count, degrees) = lanes::on_circle(rows, &circle, self.circle_tolerance);
             let on_circle = count / columns.frames() as f64;
             Arc { feature, circle: Some(circle), on_circle, degrees, is_still }
         };
-        Arc::telling((0..columns.features()).map(arc).collect())
+        Arc::telling(columns.map(arc))
     }
 
     /// Equation (41): share of points on the circle.
@@ -230,12 +230,29 @@ impl ThesisRevolute {
     }
 }
 
+/// The angles about an axis, and the root mean square distance of the samples from their features' circles about it, metres.
+fn turned(
+    motion: &RelativeMotion<'_>,
+    arcs: &[Arc],
+    point: Point3<f64>,
+    direction: Unit<Vector3<f64>>,
+) -> (Vec<Option<f64>>, f64) {
+    let Some(columns) = motion.columns() else {
+        return (positions::angles(motion, point, direction), off_circles(motion, arcs, point, direction));
+    };
+    let mut turned = Turned::about(point, positions::across(direction), columns);
+    let (mut sum, mut telling) = (0.0, arcs.iter().map(|arc| arc.feature).peekable());
+    columns.for_each(|feature, rows| {
+        turned.add(rows);
+        if telling.next_if_eq(&feature).is_some() {
+            sum += lanes::off_circle(rows, point, direction);
+        }
+    });
+    (positions::unwrapped(motion, &turned), (sum / (arcs.len() * columns.frames()) as f64).sqrt())
+}
+
 /// Root mean square distance of the samples from their features' circles about a common axis, metres.
 fn off_circles(motion: &RelativeMotion<'_>, arcs: &[Arc], point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
-    if let Some(columns) = motion.columns() {
-        let sum: f64 = arcs.iter().map(|arc| lanes::off_circle(columns, arc.feature, point, direction)).sum();
-        return (sum / (arcs.len() * columns.frames()) as f64).sqrt();
-    }
     let place = |p: &Point3<f64>| {
         let d = p - point;
         (direction.cross(&d).norm(), direction.dot(&d))

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{lanes::Moments, trajectories};
+use super::trajectories;
 use crate::{Confidence, FitError, Joint, JointFit, JointModel, joint_model};
 
 /// Rigid connection: the bodies move far more than they move relative to each other.
@@ -114,9 +114,8 @@ fn of_trajectories(tracks: &[Trajectory<'_>]) -> f64 {
 }
 
 /// The same of features that are always seen.
-fn of_rows(columns: &Columns) -> f64 {
-    let features = 0..columns.features();
-    let sum: f64 = features.map(|feature| Moments::of(columns, feature).covariance.trace()).sum();
+fn of_rows(columns: Columns<'_>) -> f64 {
+    let sum: f64 = columns.summaries().iter().map(|one| one.covariance.trace()).sum();
     (sum / columns.features() as f64).sqrt()
 }
 

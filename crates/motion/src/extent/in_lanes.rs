@@ -9,24 +9,56 @@ use pulp::{Arch, Simd, WithSimd};
 const BLOCK: usize = 16;
 /// Points beyond which pairs of blocks are too many to look at all.
 const MOST: usize = 16_384;
+/// Pairs of points that are tried to begin with.
+const TRIED: usize = 6;
+/// Thickness of the shell about a ball in which both ends of a longer distance are looked for, as a share of its radius.
+const SHELL: f64 = 0.01;
+/// Ends that there may be, as a part of the points, and pairs of them, per point.
+const FEW: usize = 4;
+const PAIRS: usize = 32;
+/// Share by which squares may be off, with a wide margin.
+const SURE: f64 = 1e-9;
 /// Share by which a bound must exceed the best distance to be looked into: rounding of squares.
 const ROUNDING: f64 = 1e-15;
 
 /// As [`extent`](crate::extent), of points given by their x, y and z.
 ///
-/// Blocks of successive points have small boxes; a pair of blocks is opened only if its boxes' far corners could beat
-/// the best distance found.
-///
 /// # Panics
 /// If the rows have different lengths.
 pub fn extent_of_rows(rows: [&[f64]; 3]) -> f64 {
-    let [x, y, z] = rows;
-    assert!(x.len() == y.len() && x.len() == z.len(), "three rows of one length");
-    if x.len() > MOST {
-        let points: Vec<_> = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| nalgebra::Point3::new(x, y, z)).collect();
-        return crate::extent(&points);
+    Extents::default().of_rows(rows)
+}
+
+/// Extents of trajectories that are alike, one after another: where one was farthest from itself, the next one nearly is.
+///
+/// Of two points that are farther apart than the best pair found, one lies outside the ball over that pair: of an arc up
+/// to half a circle, hardly any does. Where many do, blocks of successive points have small boxes, and a pair of blocks is
+/// opened only if its boxes' far corners could beat the best distance found.
+#[derive(Debug, Default)]
+pub struct Extents {
+    pair: [usize; 2],
+    ends: Ends,
+}
+
+impl Extents {
+    /// As [`extent_of_rows`].
+    ///
+    /// # Panics
+    /// If the rows have different lengths.
+    pub fn of_rows(&mut self, rows: [&[f64]; 3]) -> f64 {
+        let [x, y, z] = rows;
+        assert!(x.len() == y.len() && x.len() == z.len(), "three rows of one length");
+        Arch::new().dispatch(Extent { rows, pair: &mut self.pair, ends: &mut self.ends })
     }
-    Arch::new().dispatch(Extent { rows })
+}
+
+/// Points that may be the ends of the longest distance.
+#[derive(Debug, Default)]
+struct Ends {
+    places: [Vec<f64>; 3],
+    /// Squared distances from the centre of the best pair, m².
+    squares: Vec<f64>,
+    indices: Vec<usize>,
 }
 
 /// As [`path_length`](crate::path_length), of the first so many points given by their x, y and z.
@@ -42,6 +74,8 @@ pub fn path_length_of_rows(rows: [&[f64]; 3], points: usize) -> f64 {
 
 struct Extent<'a> {
     rows: [&'a [f64]; 3],
+    pair: &'a mut [usize; 2],
+    ends: &'a mut Ends,
 }
 
 impl WithSimd for Extent<'_> {
@@ -49,13 +83,46 @@ impl WithSimd for Extent<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let rows = self.rows;
+        let Self { rows, pair, ends } = self;
         let count = rows[0].len();
         if count == 0 {
             return 0.0;
         }
-        let (_, far) = farthest(simd, rows, 0);
-        let (mut best, _) = farthest(simd, rows, far);
+        if pair.iter().any(|k| *k >= count) {
+            *pair = [0; 2];
+        }
+        let mut best = squared(rows, *pair);
+        if best == 0.0 {
+            let from = farthest(simd, rows, at(rows, 0)).1;
+            let (square, to) = farthest(simd, rows, at(rows, from));
+            (best, *pair) = (square, [from, to]);
+        }
+        for _ in 0..TRIED {
+            let (centre, radius) = (between(rows, *pair), 0.5 * best.sqrt());
+            let inner = radius * (1.0 - SHELL);
+            if !ends.collect(simd, rows, centre, inner * inner, BLOCK + count / FEW) {
+                break;
+            }
+            let (square, out) = ends.farthest_out(pair[0]);
+            // The other end of a longer distance is at most so much nearer to the centre.
+            if square.sqrt() <= radius * (1.0 + SHELL) {
+                return ends.across(simd, pair, best).sqrt();
+            }
+            let (farther, to) = farthest(simd, rows, at(rows, out));
+            if farther > best {
+                (best, *pair) = (farther, [out, to]);
+                continue;
+            }
+            let inner = (2.0 * radius - square.sqrt()).max(0.0);
+            let few = BLOCK + PAIRS * count / ends.squares.len().max(1);
+            if ends.collect(simd, rows, centre, inner * inner * (1.0 - SURE), few) {
+                return ends.across(simd, pair, best).sqrt();
+            }
+            break;
+        }
+        if count > MOST {
+            return by_boxes(rows);
+        }
         let blocks = count.div_ceil(BLOCK);
         let mut least = [const { Vec::new() }; 3];
         let mut most = [const { Vec::new() }; 3];
@@ -63,13 +130,15 @@ impl WithSimd for Extent<'_> {
             least[axis] = vec![0.0; blocks];
             most[axis] = vec![0.0; blocks];
             for (block, points) in rows[axis].chunks(BLOCK).enumerate() {
-                // Comparisons of numbers, unlike `f64::min`, are single instructions.
-                let (mut low, mut high) = (points[0], points[0]);
-                for &coordinate in points {
-                    low = if coordinate < low { coordinate } else { low };
-                    high = if coordinate > high { coordinate } else { high };
+                let (registers, rest) = S::as_simd_f64s(points);
+                let (mut low, mut high) = (simd.splat_f64s(points[0]), simd.splat_f64s(points[0]));
+                for register in registers {
+                    low = simd.min_f64s(low, *register);
+                    high = simd.max_f64s(high, *register);
                 }
-                (least[axis][block], most[axis][block]) = (low, high);
+                let (low, high) = (simd.reduce_min_f64s(low), simd.reduce_max_f64s(high));
+                least[axis][block] = rest.iter().copied().fold(low, f64::min);
+                most[axis][block] = rest.iter().copied().fold(high, f64::max);
             }
         }
         let mut bounds = vec![0.0; blocks];
@@ -86,16 +155,114 @@ impl WithSimd for Extent<'_> {
     }
 }
 
-/// Largest squared distance from a point, and a point that has it.
+/// As [`extent`](crate::extent), which needs no pair of blocks for each other.
+fn by_boxes([x, y, z]: [&[f64]; 3]) -> f64 {
+    let points: Vec<_> = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| nalgebra::Point3::new(x, y, z)).collect();
+    crate::extent(&points)
+}
+
 #[inline(always)]
-fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], from: usize) -> (f64, usize) {
-    let place = [rows[0][from], rows[1][from], rows[2][from]];
+fn at(rows: [&[f64]; 3], k: usize) -> [f64; 3] {
+    [rows[0][k], rows[1][k], rows[2][k]]
+}
+
+/// The middle of two points.
+#[inline(always)]
+fn between(rows: [&[f64]; 3], [i, j]: [usize; 2]) -> [f64; 3] {
+    [0.5 * (rows[0][i] + rows[0][j]), 0.5 * (rows[1][i] + rows[1][j]), 0.5 * (rows[2][i] + rows[2][j])]
+}
+
+/// Squared distance of two points.
+#[inline(always)]
+fn squared(rows: [&[f64]; 3], [i, j]: [usize; 2]) -> f64 {
+    let (x, y, z) = (rows[0][j] - rows[0][i], rows[1][j] - rows[1][i], rows[2][j] - rows[2][i]);
+    x * x + y * y + z * z
+}
+
+impl Ends {
+    /// Collects the points whose squared distance from a centre exceeds `least`; whether these are not more than `few`.
+    #[inline(always)]
+    fn collect<S: Simd>(&mut self, simd: S, rows: [&[f64]; 3], centre: [f64; 3], least: f64, few: usize) -> bool {
+        self.clear();
+        let (x, _) = S::as_simd_f64s(rows[0]);
+        let (y, _) = S::as_simd_f64s(rows[1]);
+        let (z, _) = S::as_simd_f64s(rows[2]);
+        let (cx, cy, cz) = (simd.splat_f64s(centre[0]), simd.splat_f64s(centre[1]), simd.splat_f64s(centre[2]));
+        let limit = simd.splat_f64s(least);
+        for k in 0..x.len() {
+            let (dx, dy, dz) = (simd.sub_f64s(x[k], cx), simd.sub_f64s(y[k], cy), simd.sub_f64s(z[k], cz));
+            let square = simd.mul_f64s(dx, dx);
+            let square = simd.mul_add_e_f64s(dy, dy, square);
+            let square = simd.mul_add_e_f64s(dz, dz, square);
+            if simd.first_true_m64s(simd.greater_than_f64s(square, limit)) < S::F64_LANES {
+                let mut squares = [0.0; 8];
+                S::as_mut_simd_f64s(&mut squares[..S::F64_LANES]).0[0] = square;
+                for lane in 0..S::F64_LANES {
+                    if squares[lane] > least {
+                        self.push(rows, k * S::F64_LANES + lane, squares[lane]);
+                    }
+                }
+                if self.squares.len() > few {
+                    return false;
+                }
+            }
+        }
+        for k in x.len() * S::F64_LANES..rows[0].len() {
+            let square =
+                (rows[0][k] - centre[0]).powi(2) + (rows[1][k] - centre[1]).powi(2) + (rows[2][k] - centre[2]).powi(2);
+            if square > least {
+                self.push(rows, k, square);
+            }
+        }
+        true
+    }
+
+    fn clear(&mut self) {
+        self.places.iter_mut().for_each(Vec::clear);
+        self.squares.clear();
+        self.indices.clear();
+    }
+
+    fn push(&mut self, rows: [&[f64]; 3], k: usize, square: f64) {
+        for axis in 0..3 {
+            self.places[axis].push(rows[axis][k]);
+        }
+        self.squares.push(square);
+        self.indices.push(k);
+    }
+
+    /// The largest squared distance from the centre, and the point that has it; 0 where there are no ends.
+    fn farthest_out(&self, otherwise: usize) -> (f64, usize) {
+        let all = self.squares.iter().zip(&self.indices);
+        all.fold((0.0, otherwise), |(most, out), (square, k)| if *square > most { (*square, *k) } else { (most, out) })
+    }
+
+    /// The largest squared distance of a pair that has this one, or of two ends; and what pair that is.
+    #[inline(always)]
+    fn across<S: Simd>(&self, simd: S, pair: &mut [usize; 2], best: f64) -> f64 {
+        let mut best = best;
+        let rows = [&self.places[0][..], &self.places[1], &self.places[2]];
+        for end in 0..self.squares.len() {
+            if self.squares[end] > 0.25 * best * (1.0 - SURE) {
+                let (square, other) = farthest(simd, rows, at(rows, end));
+                if square > best {
+                    (best, *pair) = (square, [self.indices[end], self.indices[other]]);
+                }
+            }
+        }
+        best
+    }
+}
+
+/// Largest squared distance from a place, and a point that has it.
+#[inline(always)]
+fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], place: [f64; 3]) -> (f64, usize) {
     let (x, of_x) = S::as_simd_f64s(rows[0]);
     let (y, of_y) = S::as_simd_f64s(rows[1]);
     let (z, of_z) = S::as_simd_f64s(rows[2]);
     let (px, py, pz) = (simd.splat_f64s(place[0]), simd.splat_f64s(place[1]), simd.splat_f64s(place[2]));
     let mut most = simd.splat_f64s(0.0);
-    let mut at = simd.splat_f64s(from as f64);
+    let mut at = simd.splat_f64s(0.0);
     for k in 0..x.len() {
         let (dx, dy, dz) = (simd.sub_f64s(x[k], px), simd.sub_f64s(y[k], py), simd.sub_f64s(z[k], pz));
         let square = simd.mul_f64s(dx, dx);
@@ -107,9 +274,9 @@ fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], from: usize) -> (f64, usize) {
     }
     // The lane that is farthest, and where its register was.
     let (mut squares, mut places) = ([0.0; 8], [0.0; 8]);
-    simd.partial_store_f64s(&mut squares[..S::F64_LANES], most);
-    simd.partial_store_f64s(&mut places[..S::F64_LANES], at);
-    let (mut best, mut point) = (0.0, from);
+    S::as_mut_simd_f64s(&mut squares[..S::F64_LANES]).0[0] = most;
+    S::as_mut_simd_f64s(&mut places[..S::F64_LANES]).0[0] = at;
+    let (mut best, mut point) = (0.0, 0);
     for lane in 0..S::F64_LANES {
         if squares[lane] > best {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index")]

@@ -1,27 +1,35 @@
 //! Which points of a trajectory lie on its circle, and which degrees of it they occupy.
 
-use jointscope_motion::Columns;
+use jointscope_motion::Rows;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::super::Circle;
 use super::super::occupied::Degrees;
-use super::{BLOCK, dot, minus, registers, splat};
+use super::{BLOCK, ROUNDS, SHOWS_BITS, bits_shown, dot, minus, registers, splat};
 
-/// Coefficients of an odd polynomial that is the arctangent on [0, 1] within 1e-5 radians, the highest first.
-const ARCTANGENT: [f64; 6] = [-0.011_721_2, 0.052_653_32, -0.116_432_87, 0.193_543_46, -0.332_623_47, 0.999_977_26];
+/// Coefficients of an odd polynomial that is the arctangent on [0, 1] within 1e-7 degrees, the highest first.
+const ARCTANGENT: [f64; 10] = [
+    -0.001_701_170_09,
+    0.010_487_649_4,
+    -0.030_351_865_115,
+    0.057_089_556_331,
+    -0.083_497_249_968,
+    0.109_323_415_133,
+    -0.142_600_160_857,
+    0.199_980_752_815,
+    -0.333_332_762_92,
+    0.999_999_997_161,
+];
 /// Distance from a whole degree, in degrees, within which that polynomial does not tell which degree it is.
-const NEAR: f64 = 2e-3;
-/// Adding and subtracting this rounds to a whole number.
-const ROUNDS: f64 = 6_755_399_441_055_744.0;
+const NEAR: f64 = 1e-5;
 
 /// How many of a feature's points are within `tolerance` radii of its circle, and the whole degrees that all occupy.
-pub(in super::super) fn on_circle(columns: &Columns, feature: usize, circle: &Circle, tolerance: f64) -> (f64, u16) {
-    Arch::new().dispatch(Kernel { columns, feature, circle, tolerance })
+pub(in super::super) fn on_circle(rows: Rows<'_>, circle: &Circle, tolerance: f64) -> (f64, u16) {
+    Arch::new().dispatch(Kernel { rows, circle, tolerance })
 }
 
 struct Kernel<'a> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
     circle: &'a Circle,
     tolerance: f64,
 }
@@ -31,14 +39,15 @@ impl WithSimd for Kernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (f64, u16) {
-        let Self { columns, feature, circle, tolerance } = self;
-        let rows = registers(simd, columns.rows(feature));
-        let weights = S::as_simd_f64s(columns.weights()).0;
+        let Self { rows: all, circle, tolerance } = self;
+        let rows = registers(simd, all.coordinates);
+        let weights = S::as_simd_f64s(all.weights).0;
         let centre = splat(simd, circle.centre.coords.into());
         let x_axis = splat(simd, (circle.x_axis.into_inner() / circle.radius).into());
         let y_axis = splat(simd, (circle.normal.cross(&circle.x_axis) / circle.radius).into());
         let (zero, one, tolerance) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0), simd.splat_f64s(tolerance));
         let (rounds, near) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(NEAR));
+        let shown = simd.splat_f64s(SHOWS_BITS);
         let mut inside = zero;
         let mut degrees = Degrees::default();
         let (mut wholes, mut xs, mut ys) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
@@ -56,18 +65,17 @@ impl WithSimd for Kernel<'_> {
             // What is filled up repeats the first frame, and occupies nothing new.
             let vague = simd.less_than_f64s(simd.abs_f64s(from_whole), near);
             if simd.first_true_m64s(vague) < S::F64_LANES {
-                simd.partial_store_f64s(&mut xs[..S::F64_LANES], x);
-                simd.partial_store_f64s(&mut ys[..S::F64_LANES], y);
+                S::as_mut_simd_f64s(&mut xs[..S::F64_LANES]).0[0] = x;
+                S::as_mut_simd_f64s(&mut ys[..S::F64_LANES]).0[0] = y;
                 for lane in 0..S::F64_LANES {
                     degrees.occupy(xs[lane], ys[lane]);
                 }
             } else {
                 let below = simd.less_than_f64s(from_whole, zero);
                 let floor = simd.select_f64s(below, simd.sub_f64s(whole, one), whole);
-                simd.partial_store_f64s(&mut wholes[..S::F64_LANES], floor);
+                S::as_mut_simd_f64s(&mut wholes[..S::F64_LANES]).0[0] = simd.add_f64s(floor, shown);
                 for whole in &wholes[..S::F64_LANES] {
-                    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 359")]
-                    degrees.occupy_degree(*whole as usize);
+                    degrees.occupy_degree(bits_shown(*whole));
                 }
             }
         }
@@ -75,7 +83,7 @@ impl WithSimd for Kernel<'_> {
     }
 }
 
-/// Angles of points in degrees, 0 to 360, within a thousandth.
+/// Angles of points in degrees, 0 to 360, within what the polynomial leaves.
 #[inline(always)]
 fn in_degrees<S: Simd>(simd: S, x: S::f64s, y: S::f64s) -> S::f64s {
     let zero = simd.splat_f64s(0.0);

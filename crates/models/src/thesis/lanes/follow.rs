@@ -1,41 +1,60 @@
 //! How far the features have gone in every frame since the first, summed up.
 
-use jointscope_motion::Columns;
-use nalgebra::{Complex, Point3, Vector3};
+use jointscope_motion::{Columns, Rows};
+use nalgebra::{Complex, Point3, Unit, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{dot, minus, registers, splat};
+use super::{BLOCK, dot, minus, registers, splat};
 
-/// Displacements along a direction, of all features, by frame.
-pub(in super::super) fn slides(columns: &Columns, direction: Vector3<f64>) -> Vec<f64> {
-    let mut sums = vec![0.0; columns.weights().len()];
-    for feature in 0..columns.features() {
-        Arch::new().dispatch(Slides { columns, feature, direction, sums: &mut sums });
-    }
-    sums.truncate(columns.frames());
-    sums
+/// Displacements along a direction, summed up over features, by frame.
+pub(in super::super) struct Slid {
+    direction: Vector3<f64>,
+    sums: Vec<f64>,
 }
 
-/// Products of places in the plane with the conjugate of the first place, of all features, by frame; places are told by
-/// the gradients `x` and `y` of their coordinates about a point.
-pub(in super::super) fn turns(
-    columns: &Columns,
-    point: Point3<f64>,
-    x: Vector3<f64>,
-    y: Vector3<f64>,
-) -> Vec<Complex<f64>> {
-    let row = columns.weights().len();
-    let (mut real, mut imaginary) = (vec![0.0; row], vec![0.0; row]);
-    for feature in 0..columns.features() {
-        let sums = [&mut real[..], &mut imaginary[..]];
-        Arch::new().dispatch(Turns { columns, feature, point, axes: [x, y], sums });
+impl Slid {
+    pub(in super::super) fn along(direction: Unit<Vector3<f64>>, columns: Columns<'_>) -> Self {
+        Self { direction: direction.into_inner(), sums: vec![0.0; columns.frames().next_multiple_of(BLOCK)] }
     }
-    real.into_iter().zip(imaginary).take(columns.frames()).map(|(re, im)| Complex::new(re, im)).collect()
+
+    /// Adds a feature.
+    pub(in super::super) fn add(&mut self, rows: Rows<'_>) {
+        Arch::new().dispatch(Slides { rows, direction: self.direction, sums: &mut self.sums });
+    }
+
+    /// Mean displacements of so many features.
+    pub(in super::super) fn means(&self, features: usize) -> impl Iterator<Item = f64> + '_ {
+        self.sums.iter().map(move |sum| sum / features as f64)
+    }
+}
+
+/// Products of places in a plane with the conjugate of the first place, summed up over features, by frame; places are told
+/// by the gradients `x` and `y` of their coordinates about a point.
+pub(in super::super) struct Turned {
+    point: Point3<f64>,
+    axes: [Vector3<f64>; 2],
+    sums: [Vec<f64>; 2],
+}
+
+impl Turned {
+    pub(in super::super) fn about(point: Point3<f64>, axes: [Vector3<f64>; 2], columns: Columns<'_>) -> Self {
+        let none = vec![0.0; columns.frames().next_multiple_of(BLOCK)];
+        Self { point, axes, sums: [none.clone(), none] }
+    }
+
+    /// Adds a feature.
+    pub(in super::super) fn add(&mut self, rows: Rows<'_>) {
+        let [real, imaginary] = &mut self.sums;
+        Arch::new().dispatch(Turns { rows, point: self.point, axes: self.axes, sums: [real, imaginary] });
+    }
+
+    pub(in super::super) fn sums(&self) -> impl Iterator<Item = Complex<f64>> + '_ {
+        self.sums[0].iter().zip(&self.sums[1]).map(|(re, im)| Complex::new(*re, *im))
+    }
 }
 
 struct Slides<'a> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
     direction: Vector3<f64>,
     sums: &'a mut [f64],
 }
@@ -45,8 +64,8 @@ impl WithSimd for Slides<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let rows = registers(simd, self.columns.rows(self.feature));
-        let start = splat(simd, self.columns.point(self.feature, 0).coords.into());
+        let rows = registers(simd, self.rows.coordinates);
+        let start = splat(simd, self.rows.point(0).coords.into());
         let direction = splat(simd, self.direction.into());
         for (k, sum) in S::as_mut_simd_f64s(self.sums).0.iter_mut().enumerate() {
             let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], start);
@@ -56,8 +75,7 @@ impl WithSimd for Slides<'_> {
 }
 
 struct Turns<'a> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
     point: Point3<f64>,
     axes: [Vector3<f64>; 2],
     sums: [&'a mut [f64]; 2],
@@ -68,11 +86,11 @@ impl WithSimd for Turns<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { columns, feature, point, axes, sums: [real, imaginary] } = self;
-        let rows = registers(simd, columns.rows(feature));
+        let Self { rows: all, point, axes, sums: [real, imaginary] } = self;
+        let rows = registers(simd, all.coordinates);
         let about = splat(simd, point.coords.into());
         let (x_axis, y_axis) = (splat(simd, axes[0].into()), splat(simd, axes[1].into()));
-        let start = columns.point(feature, 0) - point;
+        let start = all.point(0) - point;
         let (start_x, start_y) = (simd.splat_f64s(axes[0].dot(&start)), simd.splat_f64s(axes[1].dot(&start)));
         let (real, imaginary) = (S::as_mut_simd_f64s(real).0, S::as_mut_simd_f64s(imaginary).0);
         for k in 0..real.len() {

@@ -5,18 +5,15 @@
 //! lose them, so everything here is.
 
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
-#![expect(clippy::needless_range_loop, reason = "one index runs through several rows")]
 
 mod arc;
 mod follow;
-mod moments;
 mod off_circle;
 mod plane;
 mod tube;
 
 pub(super) use arc::on_circle;
-pub(super) use follow::{slides, turns};
-pub(super) use moments::Moments;
+pub(super) use follow::{Slid, Turned};
 pub(super) use off_circle::off_circle;
 pub(super) use plane::PlaneMoments;
 pub(super) use tube::{Tallied, along_tube};
@@ -25,6 +22,16 @@ use pulp::Simd;
 
 /// Frames that are filled up together: the lanes of the widest registers.
 const BLOCK: usize = 8;
+/// Adding and subtracting this rounds to a whole number.
+const ROUNDS: f64 = 6_755_399_441_055_744.0;
+/// What is added to a small whole number that its bits are to show: 2⁵².
+const SHOWS_BITS: f64 = 4_503_599_627_370_496.0;
+
+/// The whole number to which [`SHOWS_BITS`] was added.
+#[inline(always)]
+fn bits_shown(number: f64) -> usize {
+    (number.to_bits() & 0xFFFF_FFFF) as usize
+}
 
 /// The registers of three rows.
 #[inline(always)]

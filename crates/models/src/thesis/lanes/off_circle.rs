@@ -1,6 +1,6 @@
 //! How far a trajectory is from a circle about an axis.
 
-use jointscope_motion::Columns;
+use jointscope_motion::Rows;
 use nalgebra::{Point3, Unit, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -8,18 +8,12 @@ use super::{cross_length, dot, minus, registers, splat};
 
 /// Sum of squared distances of a feature's positions from the circle about an axis that is nearest to them: of its mean
 /// radius and height.
-pub(in super::super) fn off_circle(
-    columns: &Columns,
-    feature: usize,
-    point: Point3<f64>,
-    direction: Unit<Vector3<f64>>,
-) -> f64 {
-    Arch::new().dispatch(Kernel { columns, feature, point, direction })
+pub(in super::super) fn off_circle(rows: Rows<'_>, point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
+    Arch::new().dispatch(Kernel { rows, point, direction })
 }
 
 struct Kernel<'a> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
     point: Point3<f64>,
     direction: Unit<Vector3<f64>>,
 }
@@ -29,11 +23,11 @@ impl WithSimd for Kernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { columns, feature, point, direction } = self;
-        let rows = registers(simd, columns.rows(feature));
-        let weights = S::as_simd_f64s(columns.weights()).0;
+        let Self { rows: all, point, direction } = self;
+        let rows = registers(simd, all.coordinates);
+        let weights = S::as_simd_f64s(all.weights).0;
         // About the first position sums of squares lose no digits.
-        let start = columns.point(feature, 0) - point;
+        let start = all.point(0) - point;
         let radius = simd.splat_f64s(direction.cross(&start).norm());
         let height = simd.splat_f64s(direction.dot(&start));
         let (about, direction) = (splat(simd, point.coords.into()), splat(simd, direction.into_inner().into()));
@@ -49,7 +43,7 @@ impl WithSimd for Kernel<'_> {
             squares[0] = simd.mul_add_e_f64s(weighted_wider, wider, squares[0]);
             squares[1] = simd.mul_add_e_f64s(weighted_higher, higher, squares[1]);
         }
-        let count = columns.frames() as f64;
+        let count = all.frames as f64;
         let mut total = 0.0;
         for k in 0..2 {
             let sum = simd.reduce_sum_f64s(sums[k]);

@@ -1,6 +1,6 @@
 //! Moments of a trajectory in its plane, up to the fourth.
 
-use jointscope_motion::Columns;
+use jointscope_motion::Rows;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -22,20 +22,13 @@ pub(in super::super) struct PlaneMoments {
 impl PlaneMoments {
     /// Of a feature about its centroid, with coordinates along two axes, which are unit vectors over the unit of length;
     /// `square` is the mean of `x² + y²`, up to rounding.
-    pub(in super::super) fn of(
-        columns: &Columns,
-        feature: usize,
-        centroid: Vector3<f64>,
-        axes: [Vector3<f64>; 2],
-        square: f64,
-    ) -> Self {
-        Arch::new().dispatch(Kernel { columns, feature, centroid, axes, square })
+    pub(in super::super) fn of(rows: Rows<'_>, centroid: Vector3<f64>, axes: [Vector3<f64>; 2], square: f64) -> Self {
+        Arch::new().dispatch(Kernel { rows, centroid, axes, square })
     }
 }
 
 struct Kernel<'a> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
     centroid: Vector3<f64>,
     axes: [Vector3<f64>; 2],
     square: f64,
@@ -46,9 +39,9 @@ impl WithSimd for Kernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> PlaneMoments {
-        let Self { columns, feature, centroid, axes, square } = self;
-        let rows = registers(simd, columns.rows(feature));
-        let weights = S::as_simd_f64s(columns.weights()).0;
+        let Self { rows: all, centroid, axes, square } = self;
+        let rows = registers(simd, all.coordinates);
+        let weights = S::as_simd_f64s(all.weights).0;
         let centroid = splat(simd, centroid.into());
         let (x_axis, y_axis) = (splat(simd, axes[0].into()), splat(simd, axes[1].into()));
         let mean = simd.splat_f64s(square);
@@ -59,7 +52,7 @@ impl WithSimd for Kernel<'_> {
             let z = simd.sub_f64s(simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y)), mean);
             add_products(simd, *weight, [x, y, z], &mut sums);
         }
-        let [xx, xy, yy, xz, yz, zz] = means(simd, sums, columns.frames() as f64);
+        let [xx, xy, yy, xz, yz, zz] = means(simd, sums, all.frames as f64);
         PlaneMoments { square, xx, xy, yy, xz, yz, zz }
     }
 }

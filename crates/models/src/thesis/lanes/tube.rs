@@ -1,11 +1,11 @@
 //! Where the points of a trajectory are along a tube.
 
-use jointscope_motion::Columns;
+use jointscope_motion::Rows;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::super::prismatic::{Overshoot, Section};
-use super::{BLOCK, cross_length, dot, minus, registers, splat};
+use super::{BLOCK, ROUNDS, SHOWS_BITS, bits_shown, cross_length, dot, minus, registers, splat};
 
 /// What is counted along a tube.
 pub(in super::super) struct Tallied<'a> {
@@ -15,17 +15,35 @@ pub(in super::super) struct Tallied<'a> {
     pub radius: f64,
     pub overshoot: Overshoot,
     pub sections: &'a mut [Section],
+    counts: Vec<u64>,
+}
+
+/// Most sections in which lanes count side by side.
+const SECTIONS_BESIDE: usize = 128;
+/// What one point adds to its section, by whether it counts and is inside: all points in the lower half, those inside in
+/// the upper.
+const COUNTS: [u64; 4] = [0, 1, 0, 1 << 32 | 1];
+
+impl<'a> Tallied<'a> {
+    pub(in super::super) fn new(
+        line: Vector3<f64>,
+        radius: f64,
+        overshoot: Overshoot,
+        sections: &'a mut [Section],
+    ) -> Self {
+        let counts = vec![0; sections.len().max(SECTIONS_BESIDE * BLOCK)];
+        Self { line, radius, overshoot, sections, counts }
+    }
 }
 
 /// Counts a feature, shifted to start where the tube starts, in its sections; gives the sum of squared distances from
 /// the line, in lengths of the tube.
-pub(in super::super) fn along_tube(columns: &Columns, feature: usize, tallied: &mut Tallied<'_>) -> f64 {
-    Arch::new().dispatch(Kernel { columns, feature, tallied })
+pub(in super::super) fn along_tube(rows: Rows<'_>, tallied: &mut Tallied<'_>) -> f64 {
+    Arch::new().dispatch(Kernel { rows, tallied })
 }
 
 struct Kernel<'a, 's> {
-    columns: &'a Columns,
-    feature: usize,
+    rows: Rows<'a>,
     tallied: &'a mut Tallied<'s>,
 }
 
@@ -34,53 +52,51 @@ impl WithSimd for Kernel<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { columns, feature, tallied } = self;
-        let rows = registers(simd, columns.rows(feature));
-        let weights = S::as_simd_f64s(columns.weights()).0;
-        let start = splat(simd, columns.point(feature, 0).coords.into());
+        let Self { rows: all, tallied } = self;
+        let rows = registers(simd, all.coordinates);
+        let weights = S::as_simd_f64s(all.weights).0;
+        let start = splat(simd, all.point(0).coords.into());
         let length = tallied.line.norm();
         let direction = splat(simd, (tallied.line / (length * length)).into());
         let (zero, radius) = (simd.splat_f64s(0.0), simd.splat_f64s(tallied.radius));
         let sections = tallied.sections.len();
         let drops = tallied.overshoot == Overshoot::Drop;
+        let (one, two, four) = (simd.splat_f64s(1.0), simd.splat_f64s(2.0), simd.splat_f64s(4.0));
+        let (parts, last) = (simd.splat_f64s(sections as f64), simd.splat_f64s((sections - 1) as f64));
+        let (rounds, shown) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(SHOWS_BITS));
         let mut squares = zero;
-        let (mut places, mut counts) = ([0.0; BLOCK], [0.0; BLOCK]);
+        // Lanes count side by side, so that no count waits for another.
+        let beside = if sections <= SECTIONS_BESIDE { BLOCK } else { 1 };
+        let counts = &mut tallied.counts[..sections * beside];
+        let mut codes = [0.0; BLOCK];
         for (k, weight) in weights.iter().enumerate() {
             let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], start);
             let (along, off) = (dot(simd, direction, d), cross_length(simd, direction, d));
             squares = simd.mul_add_e_f64s(simd.mul_f64s(off, off), *weight, squares);
-            let inside = simd.select_f64s(simd.less_than_f64s(off, radius), *weight, zero);
-            // Successive points are mostly in one section, and counted together.
-            let (least, most) = (simd.reduce_min_f64s(along), simd.reduce_max_f64s(along));
-            let (first, last) = (section(least, sections), section(most, sections));
-            let all_count = (k + 1) * S::F64_LANES <= columns.frames() && !(drops && (least < 0.0 || most > 1.0));
-            if first == last && all_count {
-                tallied.sections[first].add(S::F64_LANES, whole(simd.reduce_sum_f64s(inside)));
-                continue;
+            let mut counted = *weight;
+            if drops {
+                counted = simd.select_f64s(simd.less_than_f64s(along, zero), zero, counted);
+                counted = simd.select_f64s(simd.less_than_f64s(one, along), zero, counted);
             }
-            simd.partial_store_f64s(&mut places[..S::F64_LANES], along);
-            simd.partial_store_f64s(&mut counts[..S::F64_LANES], inside);
-            let left = (columns.frames() - (k * S::F64_LANES).min(columns.frames())).min(S::F64_LANES);
-            for lane in 0..left {
-                if !drops || (0.0..=1.0).contains(&places[lane]) {
-                    tallied.sections[section(places[lane], sections)].add(1, whole(counts[lane]));
-                }
+            let inside = simd.select_f64s(simd.less_than_f64s(off, radius), counted, zero);
+            let place = simd.min_f64s(simd.max_f64s(simd.mul_f64s(along, parts), zero), last);
+            let whole = simd.sub_f64s(simd.add_f64s(place, rounds), rounds);
+            let above = simd.less_than_f64s(place, whole);
+            let section = simd.select_f64s(above, simd.sub_f64s(whole, one), whole);
+            // Section, whether it is inside, and whether it counts, as one number.
+            let code = simd.mul_add_e_f64s(section, four, simd.mul_add_e_f64s(inside, two, counted));
+            S::as_mut_simd_f64s(&mut codes[..S::F64_LANES]).0[0] = simd.add_f64s(code, shown);
+            for (lane, code) in codes[..S::F64_LANES].iter().enumerate() {
+                let code = bits_shown(*code);
+                counts[(code >> 2) * beside + lane % beside] += COUNTS[code & 3];
+            }
+        }
+        for (section, counts) in tallied.sections.iter_mut().zip(counts.chunks_exact_mut(beside)) {
+            for count in counts {
+                let count = std::mem::take(count);
+                section.add((count & 0xFFFF_FFFF) as usize, (count >> 32) as usize);
             }
         }
         simd.reduce_sum_f64s(squares)
     }
-}
-
-/// A count.
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a sum of ones")]
-fn whole(count: f64) -> usize {
-    count as usize
-}
-
-/// The section of a place, given as a share of the length; places beyond the ends are in the first and the last.
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a negative share becomes section 0")]
-fn section(along: f64, sections: usize) -> usize {
-    ((along * sections as f64) as usize).min(sections - 1)
 }
