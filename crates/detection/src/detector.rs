@@ -262,7 +262,8 @@ impl Detector {
             estimates.iter().map(|(name, estimate)| (name.clone(), estimate.factor())).collect();
         let (models, verdict, remark) = if search == ScaleSearch::Grid && shows_scale(motion) {
             let weigh = |motion: &RelativeMotion<'_>| self.fits(&Views::of(motion.clone()));
-            let grid = over_the_grid(motion, &self.configuration.scale, weigh);
+            let evidence = self.configuration.models.iter().any(|named| named.model.states_evidence());
+            let grid = over_the_grid(motion, &self.configuration.scale, evidence, weigh);
             factors = grid.factors;
             pair.scale = Some(PairScale { curve: Some(grid.curve), ..PairScale::default() });
             let verdict = self.conclude(&grid.models);

@@ -18,7 +18,7 @@ pub(crate) struct GridFit {
     pub(crate) curve: ScaleCurve,
 }
 
-/// Tries all scales; registrations are shared, since scaling turns nothing.
+/// Tries all scales; registrations are shared, since scaling turns nothing. `evidence` says whether any model states it.
 ///
 /// The best scale of a model is that of its highest confidence; for one that states evidence, of its least misfit. Of
 /// equals, that nearest to 1.
@@ -28,13 +28,20 @@ pub(crate) struct GridFit {
 pub(crate) fn over_the_grid(
     plain: &RelativeMotion<'_>,
     settings: &ScaleSettings,
+    evidence: bool,
     weigh: impl Fn(&RelativeMotion<'_>) -> BTreeMap<String, ModelFinding> + Sync,
 ) -> GridFit {
     let (reference, moving) = (plain.reference(), plain.moving());
     let factors = settings.factors();
     let at = |&factor: &f64| {
         let scaled = moving.scaled(factor);
-        plain.rescaled(reference, &scaled).map_or_else(|_| BTreeMap::new(), |motion| weigh(&motion))
+        let motion = if evidence {
+            plain.rescaled(reference, &scaled)
+        } else {
+            // Nobody compares what poses tell at other scales.
+            RelativeMotion::between(reference, &scaled)
+        };
+        motion.map_or_else(|_| BTreeMap::new(), |motion| weigh(&motion))
     };
     // Joints have no size: the reference is multiplied by dividing the moving body, and coordinates stay those seen.
     let of_moving: Vec<f64> = match settings.body {

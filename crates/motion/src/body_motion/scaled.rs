@@ -27,8 +27,9 @@ impl BodyMotion<'_> {
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         assert!(factor > 0.0 && factor.is_finite(), "a scale is a positive number");
-        let units = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 1.0, factor, factor, factor));
-        let carried = |covariance: &Matrix6<f64>| units * covariance * units;
+        let units = Vector6::new(1.0, 1.0, 1.0, factor, factor, factor);
+        let units = units * units.transpose();
+        let carried = |covariance: &Matrix6<f64>| covariance.component_mul(&units);
         let poses =
             |poses: &[Option<Pose>]| poses.iter().map(|pose| pose.map(|pose| scaled_pose(&pose, factor))).collect();
         Self {
