@@ -13,7 +13,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::flat_rows::{expanded, first_holds};
 use crate::prefetch::ahead_of;
 use crate::registration::register_weighted;
-use crate::rotation_in_lanes::{BLOCK, has_digits, rotation};
+use crate::rotation_in_lanes::{BLOCK, has_digits, solve_rotations};
 use crate::{Pose, Tracks};
 
 /// Offset of a body, in its size and weighed by the gap, above which sums about another place than the body's own
@@ -274,7 +274,7 @@ fn solve<S: Simd>(simd: S, sums: &mut Sums) -> Rotations {
                 h[3 * axis + other] = simd.sub_f64s(sum, product);
             }
         }
-        let (quaternion, eigenvalue, gap) = rotation(simd, &h);
+        let [(quaternion, eigenvalue, gap)] = solve_rotations(simd, &[h]);
         for (row, value) in found.quaternion.iter_mut().zip(quaternion) {
             S::as_mut_simd_f64s(row).0[part] = value;
         }

@@ -1,6 +1,7 @@
 //! Rotations that fit cross-covariances, several in the lanes of a vector register.
 
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
+#![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
 use std::ops::RangeInclusive;
 
@@ -68,17 +69,23 @@ impl WithSimd for Covariances<'_> {
                     }
                 }
             }
-            for part in 0..batch.len().div_ceil(S::F64_LANES) {
-                let mut h = [simd.splat_f64s(0.0); 9];
-                for k in 0..9 {
-                    h[k] = S::as_simd_f64s(&rows[k]).0[part];
+            // Two registers at a time, so that no step of the one waits for its own last result alone.
+            for pair in (0..batch.len().div_ceil(S::F64_LANES)).step_by(2) {
+                let mut h = [[simd.splat_f64s(0.0); 9]; 2];
+                for part in 0..2 {
+                    for k in 0..9 {
+                        h[part][k] = S::as_simd_f64s(&rows[k]).0[pair + part];
+                    }
                 }
-                let (quaternion, eigenvalue, gap) = rotation(simd, &h);
-                for k in 0..4 {
-                    S::as_mut_simd_f64s(&mut quaternions[k]).0[part] = quaternion[k];
+                let found = solve_rotations(simd, &h);
+                for part in 0..2 {
+                    let (quaternion, eigenvalue, gap) = found[part];
+                    for k in 0..4 {
+                        S::as_mut_simd_f64s(&mut quaternions[k]).0[pair + part] = quaternion[k];
+                    }
+                    S::as_mut_simd_f64s(&mut eigenvalues).0[pair + part] = eigenvalue;
+                    S::as_mut_simd_f64s(&mut gaps).0[pair + part] = gap;
                 }
-                S::as_mut_simd_f64s(&mut eigenvalues).0[part] = eigenvalue;
-                S::as_mut_simd_f64s(&mut gaps).0[part] = gap;
             }
             for (lane, rotation) in rotations.iter_mut().enumerate() {
                 *rotation = if has_digits(gaps[lane], eigenvalues[lane]) {
@@ -146,13 +153,39 @@ fn minors<S: Simd>(simd: S, diagonal: [S::f64s; 4], above: [S::f64s; 6]) -> ([S:
     (upper, lower)
 }
 
-/// Unit quaternion, of a real part that is not negative, of the rotation that fits covariances `Σ p qᵀ`, row by row, with eigenvalue and gap.
+/// A register of unit quaternions, the eigenvalues and the gaps by which they can be trusted.
+type Found<S> = ([<S as Simd>::f64s; 4], <S as Simd>::f64s, <S as Simd>::f64s);
+
+/// Unit quaternions, of real parts that are not negative, of the rotations that fit covariances `Σ p qᵀ`, row by row.
 ///
 /// *Definition.* The eigenvector of the largest eigenvalue `λ` of Horn's symmetric matrix `K`, a column of the adjugate
 /// of `K - λI`. Halley's iteration for `λ` starts at `√3 |H|`, above all eigenvalues. The adjugate's trace is the product
-/// of the distances of `λ` to the other eigenvalues, up to its sign.
+/// of the distances of `λ` to the other eigenvalues, up to its sign; the gap is that by `λ³`.
 #[inline(always)]
-pub(crate) fn rotation<S: Simd>(simd: S, h: &[S::f64s; 9]) -> ([S::f64s; 4], S::f64s, S::f64s) {
+pub(crate) fn solve_rotations<S: Simd, const COUNT: usize>(simd: S, h: &[[S::f64s; 9]; COUNT]) -> [Found<S>; COUNT] {
+    let mut matrices = [horn(simd, &h[0]); COUNT];
+    for k in 1..COUNT {
+        matrices[k] = horn(simd, &h[k]);
+    }
+    let eigenvalues = largest(simd, &matrices);
+    let mut found = [eigenvector(simd, &matrices[0], eigenvalues[0]); COUNT];
+    for k in 1..COUNT {
+        found[k] = eigenvector(simd, &matrices[k], eigenvalues[k]);
+    }
+    found
+}
+
+/// Horn's matrices, their characteristic polynomials `λ⁴ + c₂ λ² + c₁ λ + c₀`, and something above all their eigenvalues.
+#[derive(Clone, Copy)]
+struct Horn<S: Simd> {
+    diagonal: [S::f64s; 4],
+    above: [S::f64s; 6],
+    polynomial: [S::f64s; 3],
+    bound: S::f64s,
+}
+
+#[inline(always)]
+fn horn<S: Simd>(simd: S, h: &[S::f64s; 9]) -> Horn<S> {
     let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *h;
     let (k01, k02, k03) = (f!(simd, yz - zy), f!(simd, zx - xz), f!(simd, xy - yx));
     let (k12, k13, k23) = (f!(simd, xy + yx), f!(simd, zx + xz), f!(simd, yz + zy));
@@ -174,28 +207,55 @@ pub(crate) fn rotation<S: Simd>(simd: S, h: &[S::f64s; 9]) -> ([S::f64s; 4], S::
         minors(simd, [k00, k11, k22, k33], [k01, k02, k03, k12, k13, k23]);
     let (near, far) = (f!(simd, s0 * l5 - s1 * l4 + s2 * l3), f!(simd, s3 * l2 - s4 * l1 + s5 * l0));
     let c0 = f!(simd, near + far);
-    let mut lambda = simd.sqrt_f64s(simd.mul_f64s(simd.splat_f64s(3.0), squares));
+    Horn {
+        diagonal: [k00, k11, k22, k33],
+        above: [k01, k02, k03, k12, k13, k23],
+        polynomial: [c0, c1, c2],
+        bound: simd.sqrt_f64s(simd.mul_f64s(simd.splat_f64s(3.0), squares)),
+    }
+}
+
+/// The largest eigenvalues.
+#[inline(always)]
+fn largest<S: Simd, const COUNT: usize>(simd: S, matrices: &[Horn<S>; COUNT]) -> [S::f64s; COUNT] {
     let rests = simd.splat_f64s(RESTS);
+    let mut eigenvalues = [rests; COUNT];
+    for k in 0..COUNT {
+        eigenvalues[k] = matrices[k].bound;
+    }
     for _ in 0..STEPS {
-        let square = f!(simd, lambda * lambda);
-        let b = {
-            let sum = f!(simd, square + c2);
-            f!(simd, sum * lambda)
-        };
-        let a = f!(simd, b + c1);
-        let value = simd.mul_add_e_f64s(a, lambda, c0);
-        let twice = simd.mul_f64s(simd.splat_f64s(2.0), square);
-        let inner = f!(simd, a + b);
-        let slope = simd.mul_add_e_f64s(twice, lambda, inner);
-        let half_bend = simd.mul_add_e_f64s(simd.splat_f64s(6.0), square, c2);
-        let (above, below) = (f!(simd, value * slope), f!(simd, slope * slope - value * half_bend));
-        let step = simd.div_f64s(above, below);
-        lambda = f!(simd, lambda - step);
-        let (size, small) = (simd.abs_f64s(step), f!(simd, rests * lambda));
-        if simd.first_true_m64s(simd.greater_than_f64s(size, small)) >= S::F64_LANES {
+        let mut resting = true;
+        for k in 0..COUNT {
+            let ([c0, c1, c2], lambda) = (matrices[k].polynomial, eigenvalues[k]);
+            let square = f!(simd, lambda * lambda);
+            let b = {
+                let sum = f!(simd, square + c2);
+                f!(simd, sum * lambda)
+            };
+            let a = f!(simd, b + c1);
+            let value = simd.mul_add_e_f64s(a, lambda, c0);
+            let twice = simd.mul_f64s(simd.splat_f64s(2.0), square);
+            let inner = f!(simd, a + b);
+            let slope = simd.mul_add_e_f64s(twice, lambda, inner);
+            let half_bend = simd.mul_add_e_f64s(simd.splat_f64s(6.0), square, c2);
+            let (above, below) = (f!(simd, value * slope), f!(simd, slope * slope - value * half_bend));
+            let step = simd.div_f64s(above, below);
+            let lambda = f!(simd, lambda - step);
+            let (size, small) = (simd.abs_f64s(step), f!(simd, rests * lambda));
+            resting &= simd.first_true_m64s(simd.greater_than_f64s(size, small)) >= S::F64_LANES;
+            eigenvalues[k] = lambda;
+        }
+        if resting {
             break;
         }
     }
+    eigenvalues
+}
+
+/// The eigenvectors to the largest eigenvalues.
+#[inline(always)]
+fn eigenvector<S: Simd>(simd: S, matrix: &Horn<S>, lambda: S::f64s) -> Found<S> {
+    let ([k00, k11, k22, k33], [k01, k02, k03, k12, k13, k23]) = (matrix.diagonal, matrix.above);
     let (k00, k11, k22, k33) =
         (f!(simd, k00 - lambda), f!(simd, k11 - lambda), f!(simd, k22 - lambda), f!(simd, k33 - lambda));
     let ([s0, s1, s2, s3, s4, s5], [_, l1, l2, l3, l4, l5]) =
