@@ -67,8 +67,7 @@ pub(crate) fn measure(document: &mut Document) {
 
 fn beside_peers(document: &mut Document, work: &Registrations, fault: Option<&String>) {
     let folder = tempfile::tempdir().expect("a folder of temporary files");
-    let floor = numbers(&work.tracks, FRAMES_OF_PEERS);
-    write_numbers(&folder.path().join("frames.f64"), &floor);
+    write_numbers(&folder.path().join("frames.f64"), &numbers(&work.tracks, FRAMES_OF_PEERS));
     let of_reference = work.reference.iter().flat_map(|point| [point.x, point.y, point.z]);
     write_numbers(&folder.path().join("reference.f64"), &of_reference.collect::<Vec<_>>());
     let positions = (0..FRAMES_OF_PEERS).flat_map(|frame| work.tracks.frame(frame).to_vec()).collect();
@@ -111,6 +110,8 @@ fn beside_peers(document: &mut Document, work: &Registrations, fault: Option<&St
             Err(reason) => document.absent(reason),
         }
     }
+    // Of fewer frames it would depend on what a peer has left in the caches.
+    let floor = numbers(&work.tracks, FRAMES);
     let times = alternate(document, "W1 beside peers", ROUNDS, &floor, contestants);
     for (name, what, least) in [
         ("Eigen", "Eigen's `umeyama`", 8.0),
