@@ -3,10 +3,8 @@
 use nalgebra::Point3;
 
 use crate::poses::{Shape, follow, pose_of};
+use crate::rotation_in_lanes::BLOCK;
 use crate::{Pose, Registration, Tracks, register_frames};
-
-/// Frames that [`register_frames`] solves together: poses are the same to the last digit if these are.
-const TOGETHER: usize = 8;
 
 /// Poses of a body, registered frame by frame as they come.
 ///
@@ -83,7 +81,8 @@ impl FrameByFrame {
     /// Registers the frames that are solved together with this one, up to it, to the first shape.
     fn register_block(&mut self, tracks: &Tracks, frame: usize) {
         let Some(shape) = &self.shape else { return };
-        let begin = frame / TOGETHER * TOGETHER;
+        // Poses are the same to the last digit if those are that are solved together.
+        let begin = frame / BLOCK * BLOCK;
         let missing = Point3::from([f64::NAN; 3]);
         let sample = |(frame, feature): (usize, usize)| tracks.get(frame, feature).copied().unwrap_or(missing);
         let samples = (begin..=frame).flat_map(|frame| (0..tracks.features()).map(move |feature| (frame, feature)));

@@ -1,19 +1,16 @@
 //! The poses of one body as seen from another, with their uncertainty: all that likelihoods need of a pair.
 
+mod merged;
+
 use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3};
+
+use merged::Mean;
 
 use crate::noise::{believed_drift, slowness};
 use crate::selection::{Common, sampled, telling};
 use crate::whitening::Roots;
-use crate::{BodyMotion, Play, Pose, leaps, quantile, twist};
+use crate::{BodyMotion, Play, Pose, leaps, quantile};
 
-/// Most frames that are merged into one: in more, motion would be lost.
-const LONGEST_RUN: usize = 20;
-/// Standard deviations of what differs within merged runs above chance that may be motion.
-const LOST_MOTION: f64 = 2.0;
-/// What the noise of a rate adds to six coordinates' squared distances of a run, of a rate told by the run itself and one
-/// neighbour, and by two neighbours: `Σ (t - t̄)²` of `n` poses is `n³/12`, the variance of the rate `2/n³` and `1/2n³`.
-const RATE_COST: [f64; 2] = [1.0, 0.25];
 /// Features whose travel is measured.
 const TRAVELLERS: usize = 4;
 /// Least uncertainty of a rotation, radians, and of a position as a share of the bodies' size: what rounding and
@@ -361,7 +358,7 @@ impl PoseSeries {
     /// How far the poses are from their mean, in standard deviations of their noise: root mean square over the six
     /// coordinates. About 1 for bodies that do not move.
     pub fn signal(&self) -> f64 {
-        let Some(mean) = self.mean(0..self.poses.len()) else { return 0.0 };
+        let Some(mean) = Mean::of(self, 0..self.poses.len()) else { return 0.0 };
         (mean.cost / (6 * self.poses.len()) as f64).sqrt()
     }
 
@@ -388,80 +385,11 @@ impl PoseSeries {
         self.turn < 3.0 * self.turn_noise() && travel < 3.0 * shift_noise
     }
 
-    pub(crate) fn merged(&self, frames: usize) -> Option<Self> {
-        let count = self.poses.len();
-        if !self.evenly || frames == 0 || count < 2 * frames || count > LONGEST_RUN * frames {
-            return None;
-        }
-        let mut merged = Self { frames: vec![], poses: vec![], noise: vec![], ..self.clone() };
-        let run = |k: usize| k * count / frames..(k + 1) * count / frames;
-        let means: Vec<Mean> = (0..frames).map(|k| self.mean(run(k))).collect::<Option<_>>()?;
-        for (k, mean) in means.iter().enumerate() {
-            merged.frames.push(self.frames[run(k).start + run(k).len() / 2]);
-            merged.poses.push(mean.pose);
-            merged.noise.push(mean.covariance);
-            merged.merged_cost += mean.cost;
-            // Within a run the motion goes on as from the one before to the one after.
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(frames - 1));
-            let way = means[before].pose.inverse() * means[after].pose;
-            let rate = twist::log(&way) * (frames as f64 / (count * (after - before).max(1)) as f64);
-            let noise = RATE_COST[usize::from(after - before == 2)];
-            merged.merged_motion += mean.cost - self.departure(run(k), mean, &rate) + noise;
-        }
-        merged.merged_motion = merged.merged_motion.max(0.0);
-        // What differs within a run is noise, or the run is too long.
-        let length = count as f64 / frames as f64;
-        let freedom = 6.0 * (count as f64 - frames as f64 * self.slowness(length));
-        let chance = freedom + LOST_MOTION * (2.0 * freedom * self.correlation_time).sqrt();
-        if merged.merged_cost > chance {
-            return None;
-        }
-        for number in 0..merged.ends.len() {
-            merged.ends[number].shift_noise = merged.shift_noise_at(&self.ends[number].centre, number > 0);
-        }
-        Some(merged)
-    }
-
     pub(crate) fn with_noise(&self, factor: f64) -> Self {
         let mut series = self.clone();
         series.noise.iter_mut().for_each(|noise| *noise *= factor * factor);
         series.ends.iter_mut().for_each(|end| end.shift_noise *= factor);
         series
-    }
-
-    /// The mean of a run of poses by their information.
-    fn mean(&self, run: std::ops::Range<usize>) -> Option<Mean> {
-        let mut pose = *self.poses.get(run.start + run.len() / 2)?;
-        let information: Vec<Matrix6<f64>> = self.information(run.clone()).collect::<Option<_>>()?;
-        let sum: Matrix6<f64> = information.iter().sum();
-        let covariance = sum.cholesky()?.inverse();
-        let departures = |pose: &Pose| {
-            let back = pose.inverse();
-            self.poses[run.clone()].iter().map(move |other| twist::log(&(back * other)))
-        };
-        for _ in 0..3 {
-            let pull = departures(&pose).zip(&information).map(|(d, w)| w * d).sum::<nalgebra::Vector6<f64>>();
-            pose *= twist::exp(&(covariance * pull));
-        }
-        let cost = departures(&pose).zip(&information).map(|(d, w)| d.dot(&(w * d))).sum();
-        Some(Mean { pose, covariance, cost })
-    }
-
-    fn information(&self, run: std::ops::Range<usize>) -> impl Iterator<Item = Option<Matrix6<f64>>> {
-        self.noise[run].iter().map(|noise| Some(noise.cholesky()?.inverse()))
-    }
-
-    /// Squared distances of a run of poses, in standard deviations, from where their mean and a rate, a twist per pose,
-    /// put them.
-    fn departure(&self, run: std::ops::Range<usize>, mean: &Mean, rate: &twist::Twist) -> f64 {
-        let back = mean.pose.inverse();
-        let middle = (run.len() - 1) as f64 / 2.0;
-        let poses = self.poses[run.clone()].iter().zip(self.information(run)).enumerate();
-        let square = |(at, (pose, information)): (usize, (&Pose, Option<Matrix6<f64>>))| {
-            let off = twist::log(&(back * pose)) - rate * (at as f64 - middle);
-            information.map_or(0.0, |information| off.dot(&(information * off)))
-        };
-        poses.map(square).sum()
     }
 
     /// Noise of the rotation, radians per coordinate.
@@ -491,13 +419,6 @@ fn telling_sample(
     let arm = if moving.is_tracked() { 0.0 } else { moving.size() / 2.0 };
     let sample = sampled(&poses, &moving.centre(), arm, noise);
     (sample.frames.iter().map(|index| fresh[*index]).collect(), sample.evenly)
-}
-
-/// The mean of some poses.
-struct Mean {
-    pose: Pose,
-    covariance: Matrix6<f64>,
-    cost: f64,
 }
 
 /// Uncertainty of a turn that is not seen, radians.

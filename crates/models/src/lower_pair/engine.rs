@@ -156,7 +156,7 @@ impl<'a> Problem<'a> {
         Self { mechanism, poses, whitening, lanes: Whitening::of(whitening) }
     }
 
-    /// The cost of the right mechanism, on average.
+    /// The cost of the right mechanism, on average, did the data tell every unknown; more where they do not.
     fn expected_cost(&self) -> f64 {
         let unknowns = UNKNOWNS - 2 + self.mechanism.constants();
         ((6 - self.mechanism.freedoms()) * self.poses.len()).saturating_sub(unknowns) as f64

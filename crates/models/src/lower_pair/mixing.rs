@@ -52,7 +52,7 @@ impl Mixing {
     }
 
     pub(super) fn keep(&mut self, step: Step) {
-        if self.steps.len() > MEMORY {
+        if self.steps.len() == MEMORY {
             let oldest = self.steps.remove(0);
             self.unused.push(oldest);
         }
@@ -63,11 +63,10 @@ impl Mixing {
     pub(super) fn shares(&self, normal: &Normal, proposed: &Unknowns) -> Option<Vector3<f64>> {
         /// Share of the largest difference's square below which others tell nothing.
         const RIDGE: f64 = 1e-8;
-        let count = self.steps.len().min(MEMORY);
+        let (steps, count) = (&self.steps, self.steps.len());
         if count < 2 {
             return None;
         }
-        let steps = &self.steps[self.steps.len() - count..];
         let mut changes = [Unknowns::zeros(); MEMORY];
         for (k, change) in changes[..count].iter_mut().enumerate() {
             *change = steps.get(k + 1).map_or(proposed, |next| &next.proposed) - steps[k].proposed;
@@ -89,16 +88,41 @@ impl Mixing {
     /// Takes so much of the differences off a step.
     pub(super) fn mix(&self, now: &mut Step, shares: &Vector3<f64>) {
         now.alone();
-        let count = self.steps.len().min(MEMORY);
-        let steps = &self.steps[self.steps.len() - count..];
-        for k in 0..count {
-            let (step, share) = (&steps[k], shares[k]);
-            let next = steps.get(k + 1);
+        for (k, step) in self.steps.iter().enumerate() {
+            let (share, next) = (shares[k], self.steps.get(k + 1));
             now.taken -= (next.map_or(now.proposed, |next| next.proposed) - step.proposed + step.taken) * share;
             let after = next.map_or(&now.moves, |next| &next.moves);
             for (frame, moved) in now.moved.iter_mut().enumerate() {
                 *moved -= (after[frame] - step.moves[frame] + step.moved[frame]) * share;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps that close a ninth of one gap, and overshoot another by eight tenths, end at once where they are mixed; a
+    /// position follows the first gap.
+    #[test]
+    fn what_shortens_or_reverses_steps_is_told_by_three_of_them() {
+        let factors = [0.9, -0.8, 0.3];
+        let (mut gaps, mut position, mut mixing) = ([1.0, 1.0, 1.0], 2.0, Mixing::default());
+        for _ in 0..=MEMORY {
+            let mut proposed = Unknowns::zeros();
+            (0..3).for_each(|k| proposed[k] = (factors[k] - 1.0) * gaps[k]);
+            let mut step = mixing.spare(proposed);
+            step.moves.push(Vector3::new(2.0 * proposed[0], 0.0, 0.0));
+            match mixing.shares(&Normal::identity(), &proposed).filter(|_| mixing.steps.len() == MEMORY) {
+                Some(shares) => mixing.mix(&mut step, &shares),
+                None => step.alone(),
+            }
+            (0..3).for_each(|k| gaps[k] += step.taken[k]);
+            position += step.moved[0].x;
+            mixing.keep(step);
+        }
+        // Alone, four steps leave two thirds of the slowest gap; of mixed ones the ridge leaves a thousandth.
+        assert!(gaps.iter().all(|gap: &f64| gap.abs() < 1e-3) && position.abs() < 2e-3, "{gaps:?} {position}");
     }
 }
