@@ -4,8 +4,10 @@ mod one_camera;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::iter;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use jointscope_models::lower_pair::free_cost;
 use jointscope_models::{Axis, Confidence, JointModel};
 use jointscope_motion::{
     Body, BodyMotion, FrameByFrame, PoseSeries, Recording, RelativeMotion, RelativeMotionError, Undone, scaled_pose,
@@ -354,35 +356,26 @@ impl<'m> Views<'m> {
 impl Detector {
     /// What the models find, what the rule concludes, and what must be said about how the motion was taken.
     fn weighed(&self, views: &Views<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Option<String>) {
-        let (models, verdict) = self.weigh(views);
         // Without evidence to compare nobody asks for poses and how well they are known.
         let compares = self.configuration.rule.compares_evidence();
         let Some(series) = compares.then(|| views.seen.pose_series()).flatten() else {
+            let (models, verdict) = self.weigh(views);
             return (models, verdict, None);
         };
         if series.tracked()
             && series.is_unordered()
             && let Some(quiet) = views.changed(|motion| motion.with_noise(QUIET))
         {
-            let (quiet_models, quiet_verdict) = self.weigh(&quiet);
-            if fits_within(series, &quiet_models, &quiet_verdict) {
+            let (models, verdict) = self.weigh(&quiet);
+            if fits_within(series, &models, &verdict) {
                 let note = "the frames are not a smooth motion: noise was told by the joint that fits them";
-                return (quiet_models, quiet_verdict, Some(note.into()));
+                return (models, verdict, Some(note.into()));
             }
         }
-        let (mut models, mut verdict, mut note) = (models, verdict, None);
-        if series.signal() < FAINT {
-            let merged = |frames| views.changed(|motion| motion.merged(frames));
-            for views in MERGED_FRAMES.into_iter().filter_map(merged) {
-                let (merged_models, merged_verdict) = self.weigh(&views);
-                if likeliest(&merged_models) < likeliest(&models) {
-                    (models, verdict) = (merged_models, merged_verdict);
-                    note =
-                        Some("the motion of single frames drowns in their noise: successive frames were merged".into());
-                }
-            }
-        }
-        (models, verdict, note)
+        let merged = likeliest_merging(&views.seen).and_then(|frames| views.changed(|motion| motion.merged(frames)));
+        let (models, verdict) = self.weigh(merged.as_ref().unwrap_or(views));
+        let note = "the motion of single frames drowns in their noise: successive frames were merged";
+        (models, verdict, merged.map(|_| note.into()))
     }
 
     fn weigh(&self, views: &Views<'_>) -> (BTreeMap<String, ModelFinding>, Verdict) {
@@ -420,10 +413,13 @@ fn findings(models: &BTreeMap<String, ModelFinding>) -> Findings {
     models.iter().map(|(name, found)| (name.clone(), finding(found))).collect()
 }
 
-/// The least -2 log likelihood of any model: how well frames, single or merged, tell the motion apart from noise.
-fn likeliest(models: &BTreeMap<String, ModelFinding>) -> f64 {
-    let costs = models.values().filter_map(|found| Some(found.as_ref().ok()?.evidence?.noise_cost()));
-    costs.fold(f64::INFINITY, f64::min)
+/// How many frames to merge a faint motion to, such that it is told apart from noise best: by the likelihood of a motion
+/// that is free, whatever the joint; `None` to leave them as they are.
+fn likeliest_merging(motion: &RelativeMotion<'_>) -> Option<usize> {
+    let series = motion.pose_series().filter(|series| series.signal() < FAINT)?;
+    let merged = |frames: usize| Some((free_cost(motion.merged(frames)?.pose_series()?), Some(frames)));
+    let all = iter::once((free_cost(series), None)).chain(MERGED_FRAMES.into_iter().filter_map(merged));
+    all.min_by(|a, b| a.0.total_cmp(&b.0))?.1
 }
 
 /// Whether a joint with freedom left explains single poses to a fifth of the scatter that was taken for noise.

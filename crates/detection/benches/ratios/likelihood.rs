@@ -48,10 +48,7 @@ fn one_pair(document: &mut Document) {
             unit: "ms",
             measured: measured.times(1e3),
             fault: (found != *joint).then(|| format!("the verdict is {found}")),
-            bound: match *joint {
-                "rigid" => "faint motion is fitted five times, with frames merged in four ways",
-                _ => "the number of iterations: every model fits from several starts, robustly, with and without play",
-            },
+            bound: "the number of iterations: every model fits from several starts, robustly, with and without play",
         });
     }
     if let Some(measured) = times.seconds("both registrations alone") {

@@ -1,6 +1,6 @@
 //! `free`: any motion.
 
-use jointscope_motion::{RelativeMotion, twist};
+use jointscope_motion::{PoseSeries, RelativeMotion, twist};
 use nalgebra::Vector6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -37,6 +37,19 @@ impl Default for Free {
     }
 }
 
+/// The -2 log likelihood of a free motion, without the price of parameters: the less, the better poses, single or merged,
+/// tell the motion apart from noise.
+pub fn free_cost(series: &PoseSeries) -> f64 {
+    (series.merged_cost() + cost_of_departures(series)) / series.correlation_time()
+}
+
+/// Price of where the poses are, as positions about their mean.
+fn cost_of_departures(series: &PoseSeries) -> f64 {
+    let home = starts::at_rest(series).home.inverse();
+    let departures: Vec<Vector6<f64>> = series.poses().iter().map(|pose| twist::log(&(home * pose))).collect();
+    random_effect::cost(&departures, series.noise())
+}
+
 joint_model!(Free, "free", "any motion: the bodies are not connected");
 
 impl JointModel for Free {
@@ -46,8 +59,6 @@ impl JointModel for Free {
         if count < 3 {
             return Err(FitError::TooFewFrames { needed: 3, found: count });
         }
-        let home = starts::at_rest(series).home.inverse();
-        let departures: Vec<Vector6<f64>> = series.poses().iter().map(|pose| twist::log(&(home * pose))).collect();
         let plays = series.ends().iter().any(|end| end.shift_play > 0.0);
         let mut fit = JointFit::new(Confidence::ONE, Joint::default()).with_residual(0.0);
         let mobility =
@@ -55,7 +66,7 @@ impl JointModel for Free {
         // What every parameter that play does not charge gains by chance.
         let unpaid = f64::from(PARAMETERS.saturating_sub(self.parameters));
         fit.evidence = Some(Evidence {
-            configuration_cost: random_effect::cost(&departures, series.noise()) + unpaid * series.correlation_time(),
+            configuration_cost: cost_of_departures(series) + unpaid * series.correlation_time(),
             freedom: 6.0 * (series.seen() - count) as f64 + series.merged_motion(),
             departure: plays.then_some(Departure { squared: 0.0, per_noise: f64::INFINITY, adequate: 25.0 }),
             ..Evidence::of_poses(mobility, series)

@@ -64,7 +64,7 @@ pub use crate::Mobility;
 pub use cylindrical::Cylindrical;
 pub use elliptic_trammel::EllipticTrammel;
 pub use engine::{Fitted, Placement, fit, refit};
-pub use free::Free;
+pub use free::{Free, free_cost};
 pub use judge::{Judged, judge, judge_series};
 pub(crate) use judge::{bend_cost, far_hinge_cost};
 pub use planar::Planar;
