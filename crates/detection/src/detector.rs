@@ -8,7 +8,7 @@ use std::iter;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jointscope_models::lower_pair::free_cost;
-use jointscope_models::{Axis, Confidence, JointModel};
+use jointscope_models::{Axis, Confidence};
 use jointscope_motion::{
     Body, BodyMotion, FrameByFrame, PoseSeries, Recording, RelativeMotion, RelativeMotionError, Undone, scaled_pose,
     undo_depth_gain,
@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use one_camera::{registered, repaired, shows_scale};
 
+use crate::configuration::NamedModel;
 use crate::pairs::{Pair, WORLD, chosen, names_of};
 use crate::remarks::{doubts, leapt, richer_note, scale_note, told_by};
 use crate::scale::{Belief, Estimate, estimate, factors, over_the_grid, rescale, stand_in};
@@ -28,6 +29,8 @@ use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetectio
 const FAINT: f64 = 4.0;
 /// Frames that remain when frames are merged; what makes the motion likeliest counts.
 const MERGED_FRAMES: [usize; 4] = [24, 16, 10, 7];
+/// Kind of the model that explains any motion.
+const ANYTHING: &str = "free";
 /// Factor on the noise by which frames that are no smooth motion are tried to be explained.
 const QUIET: f64 = 0.1;
 
@@ -387,15 +390,25 @@ impl Detector {
     /// What every model finds.
     fn fits(&self, views: &Views<'_>) -> BTreeMap<String, ModelFinding> {
         let frames = views.seen.recording_frames();
-        let fit = |name: &str, model: &dyn JointModel| {
-            let (motion, price) = views.of_model(name);
-            let mut fit = model.fit(motion)?.sound(frames)?;
+        let fit = |named: &NamedModel| {
+            let (motion, price) = views.of_model(&named.name);
+            let mut fit = named.model.fit(motion)?.sound(frames)?;
             for evidence in fit.evidence.iter_mut().chain(&mut fit.alternatives) {
                 evidence.prior_cost += price;
             }
             Ok(fit)
         };
-        self.configuration.models.iter().map(|named| (named.name.clone(), fit(&named.name, &*named.model))).collect()
+        // What explains any motion first: others need not be fitted to the end where they cannot come near.
+        let (anything, others): (Vec<&NamedModel>, Vec<&NamedModel>) =
+            self.configuration.models.iter().partition(|named| named.kind == ANYTHING);
+        let mut found: BTreeMap<String, ModelFinding> =
+            anything.into_iter().map(|named| (named.name.clone(), fit(named))).collect();
+        let evidence = found.iter().find_map(|(name, finding)| Some((name, finding.as_ref().ok()?.evidence?)));
+        if let Some(rival) = evidence.and_then(|(name, evidence)| self.configuration.rule.rival(name, &evidence)) {
+            others.iter().for_each(|named| rival.tell(views.of_model(&named.name).0));
+        }
+        found.extend(others.into_iter().map(|named| (named.name.clone(), fit(named))));
+        found
     }
 
     /// What the rule makes of it.

@@ -55,6 +55,7 @@ mod fit;
 pub mod lower_pair;
 mod plugin;
 pub mod point_path;
+mod rival;
 pub mod settings;
 pub mod thesis;
 
@@ -62,5 +63,6 @@ pub use catalog::{Catalog, CatalogError};
 pub use confidence::{Confidence, NotAConfidence};
 pub use fit::{Axis, AxisUncertainty, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions};
 pub use plugin::{JointModel, JointModelPlugin, Origin};
+pub use rival::Rival;
 
 pub use {inventory, jointscope_motion as motion, toml};

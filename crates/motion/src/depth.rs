@@ -3,7 +3,7 @@
 //! The ray is that from the origin of the recording's coordinates, whether or not a camera is there: of motion capture it
 //! is a direction like any other, along which noise may differ.
 
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::poses::rebase;
 use crate::robust::Registered;
@@ -78,12 +78,32 @@ fn ray(position: &Point3<f64>) -> Vector3<f64> {
     position.coords.try_normalize(0.0).unwrap_or_else(Vector3::z)
 }
 
-/// Derivative of a point by the twist `[ω; v]` of its body about `centre`.
-fn derivative(point: &Point3<f64>, centre: &Point3<f64>) -> Matrix3x6<f64> {
-    let mut derivative = Matrix3x6::zeros();
-    derivative.fixed_view_mut::<3, 3>(0, 0).copy_from(&-(point - centre).cross_matrix());
-    derivative.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
-    derivative
+/// Information of a pose, as a twist `[ω; v]` about a centre from which a point of this information is at `arm`:
+/// `Dᵀ W D` with the derivative `D = [-[arm]ₓ, 1]` of the point by the twist.
+fn of_pose(arm: &Vector3<f64>, information: &Matrix3<f64>) -> Matrix6<f64> {
+    let lever = arm.cross_matrix();
+    let across = lever * information;
+    let mut of_pose = Matrix6::zeros();
+    of_pose.fixed_view_mut::<3, 3>(0, 0).copy_from(&(across * lever.transpose()));
+    of_pose.fixed_view_mut::<3, 3>(0, 3).copy_from(&across);
+    of_pose.fixed_view_mut::<3, 3>(3, 0).copy_from(&across.transpose());
+    of_pose.fixed_view_mut::<3, 3>(3, 3).copy_from(information);
+    of_pose
+}
+
+/// What a direction at a point moves of a twist: `Dᵀ r`.
+fn moment(arm: &Vector3<f64>, direction: &Vector3<f64>) -> Vector6<f64> {
+    let turn = arm.cross(direction);
+    Vector6::new(turn.x, turn.y, turn.z, direction.x, direction.y, direction.z)
+}
+
+/// Variance of a point in all directions together by a pose's covariance: the trace of `D C Dᵀ`.
+fn variance(arm: &Vector3<f64>, covariance: &Matrix6<f64>) -> f64 {
+    let (turns, mixed) = (covariance.fixed_view::<3, 3>(0, 0), covariance.fixed_view::<3, 3>(0, 3));
+    let twisted =
+        Vector3::new(mixed[(1, 2)] - mixed[(2, 1)], mixed[(2, 0)] - mixed[(0, 2)], mixed[(0, 1)] - mixed[(1, 0)]);
+    let of_turns = turns.trace() * arm.norm_squared() - arm.dot(&(turns * arm));
+    of_turns - 2.0 * arm.dot(&twisted) + covariance.fixed_view::<3, 3>(3, 3).trace()
 }
 
 /// The samples of a frame that take part: feature, seen position, expected position.
@@ -110,10 +130,9 @@ fn step_poses(
         let centre = *found * Point3::origin();
         let (mut information, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
         for (_, position, expected) in taking_part(tracks, frame, found, shape, used) {
-            let derivative = derivative(&expected, &centre);
-            let weighted = derivative.transpose() * spread.information(&ray(position));
-            information += weighted * derivative;
-            gradient += weighted * (position - expected);
+            let (arm, of_point) = (expected - centre, spread.information(&ray(position)));
+            information += of_pose(&arm, &of_point);
+            gradient += moment(&arm, &(of_point * (position - expected)));
         }
         let Some(step) = information.cholesky().map(|factor| factor.solve(&gradient)) else { continue };
         let turn = nalgebra::UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned());
@@ -165,24 +184,45 @@ fn spread_of(
         let centre = pose * Point3::origin();
         let mut information = Matrix6::zeros();
         for (_, position, expected) in taking_part(tracks, frame, pose, shape, used) {
-            let derivative = derivative(&expected, &centre);
-            information += derivative.transpose() * spread.information(&ray(position)) * derivative;
+            information += of_pose(&(expected - centre), &spread.information(&ray(position)));
         }
         let Some(covariance) = information.cholesky().map(|factor| factor.inverse()) else { continue };
         for (feature, position, expected) in taking_part(tracks, frame, pose, shape, used) {
-            let derivative = derivative(&expected, &centre);
-            let of_point = derivative * covariance * derivative.transpose();
-            let ray = ray(position);
-            let of_ray = ray.dot(&(of_point * ray));
+            let arm = expected - centre;
+            let along_ray = moment(&arm, &ray(position));
+            let of_ray = along_ray.dot(&(covariance * along_ray));
             let share = 1.0 / counts[feature];
             let (square_along, square_across) = parts(position, &expected);
             along.0 += square_along;
             along.1 += 1.0 - of_ray / spread.along.powi(2) - share;
             across.0 += square_across;
-            across.1 += 2.0 - (of_point.trace() - of_ray) / spread.across.powi(2) - 2.0 * share;
+            across.1 += 2.0 - (variance(&arm, &covariance) - of_ray) / spread.across.powi(2) - 2.0 * share;
         }
     }
     let sigma = |(sum, freedom): (f64, f64)| (sum / freedom.max(1.0)).sqrt();
     let chance = (2.0 / along.1.max(1.0) + 2.0 / across.1.max(1.0)).sqrt();
     (Spread { across: sigma(across), along: sigma(along) }, chance)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3x6;
+
+    use super::*;
+
+    #[test]
+    fn closed_forms_are_products_with_the_derivative_of_a_point() {
+        let arm = Vector3::new(0.3, -0.7, 1.1);
+        let mut derivative = Matrix3x6::zeros();
+        derivative.fixed_view_mut::<3, 3>(0, 0).copy_from(&-arm.cross_matrix());
+        derivative.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
+        let root = Matrix6::from_fn(|r, c| ((3 * r + 5 * c) as f64).sin());
+        let covariance = root * root.transpose();
+        let ray = Vector3::new(0.2, 0.9, -0.4).normalize();
+        let information = Spread { across: 0.5, along: 2.0 }.information(&ray);
+        assert!((of_pose(&arm, &information) - derivative.transpose() * information * derivative).amax() < 1e-12);
+        assert!((moment(&arm, &ray) - derivative.transpose() * ray).amax() < 1e-15);
+        let of_point = derivative * covariance * derivative.transpose();
+        assert!((variance(&arm, &covariance) - of_point.trace()).abs() < 1e-12 * of_point.trace());
+    }
 }

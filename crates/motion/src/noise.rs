@@ -247,7 +247,7 @@ pub(crate) fn of_single_points(tracks: &Tracks) -> Option<f64> {
 /// Noise of tracked positions, metres.
 pub(crate) fn of_positions(poses: &[Option<Pose>], trust: Trust) -> Option<f64> {
     let series: Vec<_> = poses.iter().map(|pose| pose.map(|pose| pose.translation.vector)).collect();
-    robust_sigma(&series, position_difference, 4, trust)
+    robust_sigma(&series, position_difference, trust)
 }
 
 /// How much of a series can be trusted.
@@ -259,7 +259,7 @@ pub(crate) enum Trust {
     Quiet,
 }
 
-fn position_difference(w: &[Vector3<f64>]) -> Vector3<f64> {
+fn position_difference(w: &[Vector3<f64>; 4]) -> Vector3<f64> {
     w[3] - 3.0 * (w[2] - w[1]) - w[0]
 }
 
@@ -267,29 +267,34 @@ fn position_difference(w: &[Vector3<f64>]) -> Vector3<f64> {
 pub(crate) fn of_rotations(poses: &[Option<Pose>], trust: Trust) -> Option<f64> {
     // Rotations relative to the previous frame are small, and are first differences already.
     let steps = poses.windows(2).map(|pair| Some((pair[0]?.rotation.inverse() * pair[1]?.rotation).scaled_axis()));
-    robust_sigma(&steps.collect::<Vec<_>>(), |w: &[Vector3<f64>]| w[2] - 2.0 * w[1] + w[0], 3, trust)
+    robust_sigma(&steps.collect::<Vec<_>>(), |w: &[Vector3<f64>; 3]| w[2] - 2.0 * w[1] + w[0], trust)
 }
 
 /// Standard deviation of white noise on a smooth series: the median of its third differences.
 fn of_series(series: &[Option<Vector3<f64>>]) -> Option<f64> {
-    robust_sigma(series, position_difference, 4, Trust::Most)
+    robust_sigma(series, position_difference, Trust::Most)
 }
 
-fn robust_sigma<F>(series: &[Option<Vector3<f64>>], third_difference: F, window: usize, trust: Trust) -> Option<f64>
-where
-    F: Fn(&[Vector3<f64>]) -> Vector3<f64>,
-{
+fn robust_sigma<const WINDOW: usize>(
+    series: &[Option<Vector3<f64>>],
+    third_difference: impl Fn(&[Vector3<f64>; WINDOW]) -> Vector3<f64>,
+    trust: Trust,
+) -> Option<f64> {
     // Of a sample and its exact repetitions, one.
     let mut once: Vec<Option<Vector3<f64>>> = series.to_vec();
     once.dedup_by(|a, b| a.is_some() && a == b);
-    let series = if once.len() < 2 * window { series } else { &once };
-    let mut sizes: Vec<f64> = series
-        .windows(window)
-        .filter_map(|w| w.iter().copied().collect::<Option<Vec<_>>>())
+    let series = if once.len() < 2 * WINDOW { series } else { &once };
+    let mut sizes = Vec::with_capacity(series.len());
+    for window in series.windows(WINDOW) {
+        let mut seen = [Vector3::zeros(); WINDOW];
+        if !seen.iter_mut().zip(window).all(|(seen, sample)| sample.map(|sample| *seen = sample).is_some()) {
+            continue;
+        }
         // A repeated frame is not a fresh observation.
-        .filter(|w| w.windows(2).all(|pair| pair[0] != pair[1]) || w.iter().all(|x| *x == w[0]))
-        .map(|w| third_difference(&w).norm())
-        .collect();
+        if seen.windows(2).all(|pair| pair[0] != pair[1]) || seen.iter().all(|x| *x == seen[0]) {
+            sizes.push(third_difference(&seen).norm());
+        }
+    }
     let normal = match trust {
         Trust::Most => efficient(median(&mut sizes)? / NORMAL_MEDIAN, &sizes),
         Trust::Quiet if sizes.is_empty() => return None,

@@ -33,7 +33,7 @@ mod verdict;
 
 use std::{collections::BTreeMap, ops::Range};
 
-use jointscope_models::{Confidence, Evidence, JointFit};
+use jointscope_models::{Confidence, Evidence, JointFit, Rival};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -234,6 +234,14 @@ impl Rule {
             Self::Likelihood(_) => true,
             Self::Cascade(_) => false,
             Self::Expressions(expressions) => expressions.compares_evidence(),
+        }
+    }
+
+    /// What a joint that explains any motion leaves to others, where evidence alone counts.
+    pub fn rival(&self, name: &str, evidence: &Evidence) -> Option<Rival> {
+        match self {
+            Self::Likelihood(likelihood) => likelihood.rival(name, evidence),
+            Self::Cascade(_) | Self::Expressions(_) => None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use jointscope_models::Evidence;
+use jointscope_models::{Evidence, Rival};
 
 use crate::{
     Account, Explanation, Findings, Quantity, RuleError, RuleKind, ScoringSettings, Verdict, explanation::number, order,
@@ -156,6 +156,17 @@ impl Likelihood {
     fn prior_cost(&self, name: &str) -> f64 {
         // Taken from 0, so that a prior of 1 costs 0 without a sign.
         0.0 - 2.0 * self.prior(name).ln()
+    }
+
+    /// What a joint that explains any motion leaves to others; `None` unless it does, play included.
+    pub fn rival(&self, name: &str, evidence: &Evidence) -> Option<Rival> {
+        /// Share of the verdict that is none.
+        const NONE: f64 = 1e-12;
+        evidence.departure.filter(|departure| departure.squared <= 0.0)?;
+        let cost = price(evidence) + evidence.prior_cost + self.prior_cost(name);
+        let least_prior = self.priors.keys().map(|name| self.prior_cost(name)).fold(0.0, f64::min);
+        let charge = cost - least_prior - 2.0 * self.temperature * NONE.ln();
+        Some(Rival { noise_cost: evidence.noise_cost(), charge })
     }
 
     /// Cost of every joint above that of the likeliest, in units of -2 log likelihood.

@@ -1,5 +1,7 @@
 //! Fits a mechanism to a series of uncertain poses: damped Gauss-Newton with the positions of every frame eliminated.
 
+use std::borrow::Cow;
+
 use jointscope_motion::{
     Pose, evenly,
     twist::{self, Twist},
@@ -23,8 +25,9 @@ const TRIAL_FRAMES: usize = 64;
 /// Relative change of the cost that ends a fit: where the normal equations promise no more, or two iterations in a row
 /// have brought no more.
 const CONVERGED: f64 = 1e-6;
-/// Steps that are tried, ever shorter ones, and the least damping.
+/// Steps that are tried, ever shorter ones; the first damping, and the least.
 const TRIES: usize = 5;
+const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-9;
 /// Largest turn of one step, radians: beyond, the linearisation means nothing.
 const LARGEST_TURN: f64 = 0.5;
@@ -83,53 +86,86 @@ pub fn fit(
     whitening: &[Matrix6<f64>],
     starts: &[Placement],
 ) -> Option<Fitted> {
-    let begun = |start: &Placement| (*start, projected(mechanism, poses, start));
-    let problem = Problem::of(mechanism, poses, whitening);
-    if poses.len() < 2 * TRIAL_FRAMES {
-        return best_of(&problem, starts.iter().map(begun));
-    }
-    let few = evenly(poses.len(), TRIAL_FRAMES);
-    let poses_of_few: Vec<Pose> = few.iter().map(|&frame| poses[frame]).collect();
-    let whitening_of_few: Vec<Matrix6<f64>> = few.iter().map(|&frame| whitening[frame]).collect();
-    // Positions are followed through all frames, lest a turn be lost between two of the few.
-    let thinned = starts.iter().map(begun).map(|(start, q)| (start, few.iter().map(|&frame| q[frame]).collect()));
-    let found = best_of(&Problem::of(mechanism, &poses_of_few, &whitening_of_few), thinned)?.placement;
-    best_of(&problem, [begun(&found)].into_iter())
+    let mut fit = Fit::begin(mechanism, poses, whitening, starts)?;
+    fit.settle();
+    fit.state.cost.is_finite().then(|| fit.fitted())
 }
 
-/// The best of fits from several placements and positions.
-fn best_of(
-    problem: &Problem<'_>,
-    starts: impl ExactSizeIterator<Item = (Placement, Vec<Vector3<f64>>)>,
-) -> Option<Fitted> {
-    let several = starts.len() > 1;
-    let mut linear = problem.linearisation();
-    let mut best: Option<State> = None;
-    for (start, positions) in starts {
-        // What explains all poses as well as the truth would needs no rival.
-        if best.as_ref().is_some_and(|best| best.converged && best.cost < problem.expected_cost()) {
-            break;
-        }
-        let mut state = State::new(problem, start, positions);
-        state.iterate(problem, &mut linear, if several { TRIAL_ITERATIONS } else { ITERATIONS });
-        if state.cost.is_finite() && best.as_ref().is_none_or(|best| state.cost < best.cost) {
-            best = Some(state);
-        }
-    }
-    let mut state = best?;
-    if several && !state.converged {
-        state.iterate(problem, &mut linear, ITERATIONS - TRIAL_ITERATIONS);
-    }
-    Some(state.finish(problem, &mut linear))
+/// A fit that goes on: from what was found so far, or with other weights.
+pub(super) struct Fit<'a> {
+    problem: Problem<'a>,
+    linear: Linearisation,
+    state: State,
 }
 
-/// Fits a mechanism with other weights, from where a fit of the same poses ended.
-pub fn refit(mechanism: &dyn Mechanism, poses: &[Pose], whitening: &[Matrix6<f64>], from: &Fitted) -> Option<Fitted> {
-    let problem = Problem::of(mechanism, poses, whitening);
-    let mut linear = problem.linearisation();
-    let mut state = State::new(&problem, from.placement, from.positions.clone());
-    state.iterate(&problem, &mut linear, ITERATIONS);
-    state.cost.is_finite().then(|| state.finish(&problem, &mut linear))
+impl<'a> Fit<'a> {
+    /// The best of several starts after a few iterations, of many frames where a few of them have it.
+    pub(super) fn begin(
+        mechanism: &'a dyn Mechanism,
+        poses: &'a [Pose],
+        whitening: &'a [Matrix6<f64>],
+        starts: &[Placement],
+    ) -> Option<Self> {
+        let begun = |start: &Placement| (*start, projected(mechanism, poses, start));
+        let problem = Problem::of(mechanism, poses, whitening.into());
+        if poses.len() < 2 * TRIAL_FRAMES {
+            return Self::best_of(problem, starts.iter().map(begun));
+        }
+        let few = evenly(poses.len(), TRIAL_FRAMES);
+        let poses_of_few: Vec<Pose> = few.iter().map(|&frame| poses[frame]).collect();
+        let whitening_of_few: Vec<Matrix6<f64>> = few.iter().map(|&frame| whitening[frame]).collect();
+        // Positions are followed through all frames, lest a turn be lost between two of the few.
+        let thinned = starts.iter().map(begun).map(|(start, q)| (start, few.iter().map(|&frame| q[frame]).collect()));
+        let mut found = Fit::best_of(Problem::of(mechanism, &poses_of_few, whitening_of_few.into()), thinned)?;
+        found.settle();
+        let (start, positions) = begun(&found.state.placement);
+        let (state, linear) = (State::new(&problem, start, positions), problem.linearisation());
+        state.cost.is_finite().then_some(Self { problem, linear, state })
+    }
+
+    fn best_of(problem: Problem<'a>, starts: impl Iterator<Item = (Placement, Vec<Vector3<f64>>)>) -> Option<Self> {
+        let mut linear = problem.linearisation();
+        let mut best: Option<State> = None;
+        for (start, positions) in starts {
+            // What explains all poses as well as the truth would needs no rival.
+            if best.as_ref().is_some_and(|best| best.converged && best.cost < problem.expected_cost()) {
+                break;
+            }
+            let mut state = State::new(&problem, start, positions);
+            state.iterate(&problem, &mut linear, TRIAL_ITERATIONS, 0.0);
+            if state.cost.is_finite() && best.as_ref().is_none_or(|best| state.cost < best.cost) {
+                best = Some(state);
+            }
+        }
+        Some(Self { state: best?, problem, linear })
+    }
+
+    /// Iterates until nothing is left to gain.
+    pub(super) fn settle(&mut self) {
+        self.state.iterate(&self.problem, &mut self.linear, ITERATIONS, 0.0);
+    }
+
+    /// Iterates until the normal equations promise no more than a share of the cost, and gives the cost per frame.
+    pub(super) fn settle_roughly(&mut self, share: f64) -> f64 {
+        self.state.iterate(&self.problem, &mut self.linear, ITERATIONS, share);
+        self.state.cost / self.problem.poses.len() as f64
+    }
+
+    /// Goes on with other weights.
+    pub(super) fn reweigh(&mut self, whitening: Cow<'a, [Matrix6<f64>]>) {
+        self.problem = Problem::of(self.problem.mechanism, self.problem.poses, whitening);
+        self.state.begin_anew(&self.problem);
+        self.settle();
+    }
+
+    pub(super) fn residuals(&self) -> &[Twist] {
+        &self.state.now.residuals
+    }
+
+    /// What is found.
+    pub(super) fn fitted(&mut self) -> Fitted {
+        self.state.fitted(&self.problem, &mut self.linear)
+    }
 }
 
 /// Positions nearest to the poses.
@@ -147,13 +183,13 @@ fn projected(mechanism: &dyn Mechanism, poses: &[Pose], start: &Placement) -> Ve
 struct Problem<'a> {
     mechanism: &'a dyn Mechanism,
     poses: &'a [Pose],
-    whitening: &'a [Matrix6<f64>],
+    whitening: Cow<'a, [Matrix6<f64>]>,
     lanes: Whitening,
 }
 
 impl<'a> Problem<'a> {
-    fn of(mechanism: &'a dyn Mechanism, poses: &'a [Pose], whitening: &'a [Matrix6<f64>]) -> Self {
-        Self { mechanism, poses, whitening, lanes: Whitening::of(whitening) }
+    fn of(mechanism: &'a dyn Mechanism, poses: &'a [Pose], whitening: Cow<'a, [Matrix6<f64>]>) -> Self {
+        Self { mechanism, poses, lanes: Whitening::of(&whitening), whitening }
     }
 
     /// The cost of the right mechanism, on average, did the data tell every unknown; more where they do not.
@@ -183,6 +219,7 @@ struct State {
     cost: f64,
     damping: f64,
     stalled: usize,
+    iterations: usize,
     converged: bool,
     mixing: Mixing,
 }
@@ -190,34 +227,46 @@ struct State {
 impl State {
     fn new(problem: &Problem<'_>, start: Placement, positions: Vec<Vector3<f64>>) -> Self {
         let frames = positions.len();
-        let mut now =
+        let now =
             Trial { positions, inverses: vec![Pose::identity(); frames], residuals: vec![Twist::zeros(); frames] };
-        let cost = now.follow(problem, &start);
-        Self {
+        let mut state = Self {
             placement: start,
             next: now.clone(),
             now,
-            cost,
-            damping: 1e-3,
+            cost: f64::INFINITY,
+            damping: 0.0,
             stalled: 0,
+            iterations: 0,
             converged: false,
             mixing: Mixing::default(),
-        }
+        };
+        state.begin_anew(problem);
+        state
     }
 
-    fn iterate(&mut self, problem: &Problem<'_>, linear: &mut Linearisation, iterations: usize) {
-        for _ in 0..iterations {
+    /// Begins where it is, with weights that are new.
+    fn begin_anew(&mut self, problem: &Problem<'_>) {
+        self.cost = self.now.follow(problem, &self.placement);
+        (self.damping, self.stalled, self.iterations, self.converged) = (FIRST_DAMPING, 0, 0, false);
+        self.mixing.clear();
+    }
+
+    /// Iterates up to so many iterations in all, or until no more than a share of the cost is promised.
+    fn iterate(&mut self, problem: &Problem<'_>, linear: &mut Linearisation, iterations: usize, enough: f64) {
+        while !self.converged && self.iterations < iterations {
             let (normal, gradient) = self.linearise(problem, linear);
+            let promised = promised(linear, &normal, &gradient);
+            if promised < enough * self.cost {
+                break;
+            }
+            self.iterations += 1;
             // A last whole step is all that is left to gain.
-            let last = promised(linear, &normal, &gradient) < CONVERGED * (1.0 + self.cost);
+            let last = promised < CONVERGED * (1.0 + self.cost);
             if last {
                 self.damping = LEAST_DAMPING;
             }
             let lowered = self.step(problem, linear, &normal, &gradient, if last { 1 } else { TRIES });
-            if last || !lowered || self.stalled >= 2 {
-                self.converged = true;
-                break;
-            }
+            self.converged = last || !lowered || self.stalled >= 2;
         }
     }
 
@@ -298,7 +347,7 @@ impl State {
         true
     }
 
-    fn finish(self, problem: &Problem<'_>, linear: &mut Linearisation) -> Fitted {
+    fn fitted(&self, problem: &Problem<'_>, linear: &mut Linearisation) -> Fitted {
         let (normal, _) = self.linearise(problem, linear);
         let covariance = solve_all(&normal);
         let position_noise = (0..problem.poses.len())
@@ -309,8 +358,8 @@ impl State {
             .collect();
         Fitted {
             placement: self.placement,
-            positions: self.now.positions,
-            residuals: self.now.residuals,
+            positions: self.now.positions.clone(),
+            residuals: self.now.residuals.clone(),
             chi_squared: self.cost,
             joint_covariance: covariance.fixed_view::<6, 6>(0, 0).into_owned(),
             constant_variance: covariance[(12, 12)],
@@ -324,7 +373,7 @@ impl Trial {
     fn follow(&mut self, problem: &Problem<'_>, placement: &Placement) -> f64 {
         let (back, away) = (placement.home.inverse() * placement.joint, placement.joint.inverse());
         let mut sum = 0.0;
-        for (frame, (pose, white)) in problem.poses.iter().zip(problem.whitening).enumerate() {
+        for (frame, (pose, white)) in problem.poses.iter().zip(&*problem.whitening).enumerate() {
             let inverse = problem.mechanism.pose(&self.positions[frame], &placement.constants).inverse();
             let residual = twist::log(&(back * inverse * (away * pose)));
             sum += (white * residual).norm_squared();

@@ -5,8 +5,11 @@ use std::borrow::Cow;
 use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, quantile, twist, twist::Twist};
 use nalgebra::{DVector, Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, SVector, Translation3, Unit, Vector3};
 
-use super::{Fitted, Geometry, Mechanism, Placement, drifting, fit, misfit, random_effect, refit};
-use crate::{Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions};
+use super::engine::Fit;
+use super::{Fitted, Geometry, Mechanism, Placement, drifting, misfit, random_effect};
+use crate::{
+    Axis, AxisUncertainty, Confidence, Departure, Evidence, FitError, Joint, JointFit, Mobility, Positions, Rival,
+};
 
 /// Frames below which nothing is fitted.
 const FEWEST: usize = 3;
@@ -18,6 +21,10 @@ const ROUNDS: usize = 3;
 const REMOTE: f64 = 3.0;
 /// Squared distance of a frame, in standard deviations, from which it counts as wrong rather than unlikely.
 const WRONG: f64 = 36.0;
+/// Share of the cost that may be left to gain of a fit that is roughly the best, and the least cost of a frame of one that
+/// may be given up.
+const ROUGHLY: f64 = 0.2;
+const POOR: f64 = 30.0;
 /// Variance of the noise that a misfit is allowed before it counts, in variances.
 const ALLOWANCE: f64 = 1.25;
 /// Turn that a joint must explain for its play to be a share of it, radians; 10 degrees.
@@ -63,7 +70,7 @@ pub fn judge(mechanism: &dyn Mechanism, motion: &RelativeMotion<'_>) -> Result<J
         needed: "poses of both bodies".into(),
         found: "one of them shows a single feature".into(),
     })?;
-    let judged = judge_series(mechanism, series)?;
+    let judged = judge_beside(mechanism, series, &Rival::of(motion))?;
     let confidence = Confidence::new((-0.5 * judged.evidence.own_charge()).exp().clamp(0.0, 1.0))?;
     let fitted = judged.fitted();
     let (joint, moving_axis) = joint_of(mechanism, series, fitted, motion.recording_frames());
@@ -91,6 +98,11 @@ pub fn judge(mechanism: &dyn Mechanism, motion: &RelativeMotion<'_>) -> Result<J
 /// # Errors
 /// [`FitError::TooFewFrames`].
 pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Judged, FitError> {
+    judge_beside(mechanism, series, &Rival::NONE)
+}
+
+/// The same, roughly where a rival cannot be outdone.
+fn judge_beside(mechanism: &dyn Mechanism, series: &PoseSeries, rival: &Rival) -> Result<Judged, FitError> {
     let count = series.poses().len();
     if count < FEWEST {
         return Err(FitError::TooFewFrames { needed: FEWEST, found: count });
@@ -100,33 +112,41 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
     let play = if plays { series.usual_play() } else { [0.0; 2] };
     let roots = if plays { series.whitening_with_play() } else { series.whitening() };
     let failed = || FitError::Fault { what: "the fit of the mechanism has no finite cost".into() };
-    let (adequate, weights) = robust(mechanism, series, &starts, roots, play).ok_or_else(failed)?;
-    let ideal =
-        refit(mechanism, series.poses(), &weighted(series.whitening(), &weights), &adequate).ok_or_else(failed)?;
-    // The robust weights find the joint; what the frames cost is told without them.
-    let squares: Vec<f64> = series
-        .whitening()
-        .iter()
-        .zip(&ideal.residuals)
-        .map(|(white, residual)| (white * residual).norm_squared())
-        .collect();
-    let chi_squared = sum_of(&squares, 6.0, series.correlation_time());
-    let mobility = mechanism.mobility();
-    let mut evidence = Evidence::of_poses(mobility, series);
-    evidence.chi_squared += chi_squared;
+    let mut fit = Fit::begin(mechanism, series.poses(), roots, &starts).ok_or_else(failed)?;
+    if rival.is_known() && plays && !series.tracked() && fit.settle_roughly(ROUGHLY) > POOR {
+        let rough = fit.fitted();
+        if weights_of(&rough.residuals, series, play).is_none() {
+            let sweep = sweep(mechanism, &rough);
+            let found = departure(&rough, mechanism, series, sweep, None);
+            let evidence = evidence_of(mechanism, series, &rough, Some(&found));
+            if rival.outdoes(&evidence) {
+                let (misfit, ideal, adequate) = (found.misfit, rough.clone(), rough);
+                return Ok(Judged { ideal, adequate, evidence, misfit, sweep });
+            }
+        }
+    }
+    let weights = settle_robustly(&mut fit, series, roots, play);
+    let adequate = fit.fitted();
+    fit.reweigh(weighted(series.whitening(), &weights));
+    let ideal = fit.fitted();
+    if !(adequate.chi_squared.is_finite() && ideal.chi_squared.is_finite()) {
+        return Err(failed());
+    }
+    let mut evidence = evidence_of(mechanism, series, &ideal, None);
     if series.correlation_time() > 1.0 {
         evidence.freedom = drifting::expected(mechanism, series, &ideal).max(LEAST_FREEDOM * evidence.freedom);
     }
-    evidence.configuration_cost = configuration_cost(mechanism, &ideal);
     let sweep = sweep(mechanism, &adequate);
     let mut judged = Judged { ideal, adequate, evidence, misfit: (0.0, 0.0), sweep };
     if plays {
         let mut departure = departure(&judged.adequate, mechanism, series, sweep, None);
-        if series.tracked() && mobility.turns < 3 && departure.squared > WRONG_PRICE {
+        if series.tracked() && mechanism.mobility().turns < 3 && departure.squared > WRONG_PRICE {
             // Orientations may be wrong: a turn that moves nothing is no motion.
             let loose = [WRONG_WEIGHT, play[1]];
             let (starts, roots) = ([judged.adequate.placement], series.whitening_with(loose));
-            if let Some((other, _)) = robust(mechanism, series, &starts, &roots, loose) {
+            if let Some(mut other) = Fit::begin(mechanism, series.poses(), &roots, &starts) {
+                settle_robustly(&mut other, series, &roots, loose);
+                let other = other.fitted();
                 let mut found = self::departure(&other, mechanism, series, sweep, Some(WRONG_TURN));
                 found.squared += WRONG_PRICE;
                 if found.squared < departure.squared {
@@ -136,9 +156,7 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
             }
         }
         judged.misfit = departure.misfit;
-        evidence.departure =
-            Some(Departure { squared: departure.squared, per_noise: departure.per_noise, adequate: ADEQUATE });
-        judged.evidence = evidence;
+        judged.evidence.departure = Some(departure.evidence());
     }
     if let Some(usual) = mechanism.usual_constant(series.radius())
         && judged.is_noise()
@@ -148,6 +166,20 @@ pub fn judge_series(mechanism: &dyn Mechanism, series: &PoseSeries) -> Result<Ju
         judged.evidence.prior_cost += (drawn - evidence.observations.ln()).min(0.0);
     }
     Ok(judged)
+}
+
+/// What a fit states, the misfit as play left to be added where it is not given.
+fn evidence_of(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, misfit: Option<&Found>) -> Evidence {
+    // Robust weights find the joint; what the frames cost is told without them.
+    let square = |(white, residual): (&Matrix6<f64>, &Twist)| (white * residual).norm_squared();
+    let squares: Vec<f64> = series.whitening().iter().zip(&fitted.residuals).map(square).collect();
+    let of_poses = Evidence::of_poses(mechanism.mobility(), series);
+    Evidence {
+        chi_squared: of_poses.chi_squared + sum_of(&squares, 6.0, series.correlation_time()),
+        configuration_cost: configuration_cost(mechanism, fitted),
+        departure: misfit.map(Found::evidence),
+        ..of_poses
+    }
 }
 
 impl Evidence {
@@ -229,35 +261,37 @@ fn weighted<'a>(roots: &'a [Matrix6<f64>], weights: &[Weights]) -> Cow<'a, [Matr
 }
 
 /// Fits with weights that fall with the fourth power of what is far off, of rotation and position each on its own: a
-/// flat marker's orientation flips while its position stays good.
-fn robust(
-    mechanism: &dyn Mechanism,
+/// flat marker's orientation flips while its position stays good. Gives the weights.
+fn settle_robustly<'a>(
+    fit: &mut Fit<'a>,
     series: &PoseSeries,
-    starts: &[Placement],
-    roots: &[Matrix6<f64>],
+    roots: &'a [Matrix6<f64>],
     play: [f64; 2],
-) -> Option<(Fitted, Vec<Weights>)> {
+) -> Vec<Weights> {
     let mut weights: Vec<Weights> = Vec::new();
-    let mut fitted = fit(mechanism, series.poses(), roots, starts)?;
-    let (mut turns, mut shifts) = (Vec::new(), Vec::new());
+    fit.settle();
     for _ in 1..ROUNDS {
-        turns.clear();
-        turns.extend(fitted.residuals.iter().map(|e| e.fixed_rows::<3>(0).norm()));
-        shifts.clear();
-        shifts.extend(fitted.residuals.iter().map(|e| e.fixed_rows::<3>(3).norm()));
-        let typical =
-            |values: &[f64], play: f64, noise: f64| REMOTE * quantile(&mut values.to_vec(), 0.5).max(play).max(noise);
-        let turn = typical(&turns, play[0], series.turn_noise());
-        let shift = typical(&shifts, play[1], series.ends()[0].shift_noise);
-        let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
-        if most(&turns) < 2.0 * turn && most(&shifts) < 2.0 * shift {
-            break;
-        }
-        let weight = |length: f64, limit: f64| (limit / length.max(limit)).powi(4) + 1e-6;
-        weights = turns.iter().zip(&shifts).map(|(r, x)| [weight(*r, turn), weight(*x, shift)]).collect();
-        fitted = refit(mechanism, series.poses(), &weighted(roots, &weights), &fitted)?;
+        let Some(new) = weights_of(fit.residuals(), series, play) else { break };
+        weights = new;
+        fit.reweigh(weighted(roots, &weights));
     }
-    Some((fitted, weights))
+    weights
+}
+
+/// Weights by residuals; `None` where none is far off.
+fn weights_of(residuals: &[Twist], series: &PoseSeries, play: [f64; 2]) -> Option<Vec<Weights>> {
+    let lengths = |part: usize| residuals.iter().map(move |e| e.fixed_rows::<3>(part).norm()).collect();
+    let (turns, shifts): (Vec<f64>, Vec<f64>) = (lengths(0), lengths(3));
+    let typical =
+        |values: &[f64], play: f64, noise: f64| REMOTE * quantile(&mut values.to_vec(), 0.5).max(play).max(noise);
+    let turn = typical(&turns, play[0], series.turn_noise());
+    let shift = typical(&shifts, play[1], series.ends()[0].shift_noise);
+    let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    if most(&turns) < 2.0 * turn && most(&shifts) < 2.0 * shift {
+        return None;
+    }
+    let weight = |length: f64, limit: f64| (limit / length.max(limit)).powi(4) + 1e-6;
+    Some(turns.iter().zip(&shifts).map(|(r, x)| [weight(*r, turn), weight(*x, shift)]).collect())
 }
 
 /// The first positions of every frame, and their noise.
@@ -317,6 +351,12 @@ struct Found {
     squared: f64,
     per_noise: f64,
     misfit: (f64, f64),
+}
+
+impl Found {
+    fn evidence(&self) -> Departure {
+        Departure { squared: self.squared, per_noise: self.per_noise, adequate: ADEQUATE }
+    }
 }
 
 /// The misfit beyond noise in units of play, judged at both bodies.

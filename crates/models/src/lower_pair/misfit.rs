@@ -33,21 +33,40 @@ pub(crate) fn isolated(lengths: &[f64], noise: f64) -> Vec<bool> {
     if count < FEW {
         return vec![false; count];
     }
-    let mut window = Vec::with_capacity(2 * NEIGHBOURS + 1);
     let overall = quantile(&mut lengths.to_vec(), 0.5);
-    let mut wrong: Vec<bool> = (0..count)
-        .map(|frame| {
-            window.clear();
-            window.extend((0..=2 * NEIGHBOURS).map(|k| lengths[(frame + k).saturating_sub(NEIGHBOURS).min(count - 1)]));
-            let local = quantile(&mut window, 0.5);
-            lengths[frame] > STICKS_OUT * (local.max(0.5 * overall) + noise)
-        })
+    let mut wrong: Vec<bool> = local_medians(lengths)
+        .zip(lengths)
+        .map(|(local, length)| *length > STICKS_OUT * (local.max(0.5 * overall) + noise))
         .collect();
     if wrong.iter().filter(|wrong| **wrong).count() as f64 > MOST * count as f64 {
         let limit = quantile(&mut lengths.to_vec(), 1.0 - MOST);
         wrong = lengths.iter().map(|length| *length > limit.max(f64::MIN_POSITIVE)).collect();
     }
     wrong
+}
+
+/// The median of every frame's neighbourhood; beyond first and last frame are more of these.
+fn local_medians(lengths: &[f64]) -> impl Iterator<Item = f64> {
+    let at = move |index: usize| lengths[index.saturating_sub(NEIGHBOURS).min(lengths.len() - 1)];
+    let mut window: [f64; 2 * NEIGHBOURS + 1] = std::array::from_fn(at);
+    window.sort_unstable_by(f64::total_cmp);
+    (0..lengths.len()).map(move |frame| {
+        if frame > 0 {
+            // One leaves, one comes, the others move up or down into the gap.
+            let (leaving, coming) = (at(frame - 1), at(frame + 2 * NEIGHBOURS));
+            let mut gap = window.partition_point(|value| value.total_cmp(&leaving).is_lt());
+            while gap + 1 < window.len() && window[gap + 1] < coming {
+                window[gap] = window[gap + 1];
+                gap += 1;
+            }
+            while gap > 0 && window[gap - 1] > coming {
+                window[gap] = window[gap - 1];
+                gap -= 1;
+            }
+            window[gap] = coming;
+        }
+        window[NEIGHBOURS]
+    })
 }
 
 /// Range from 2 to 98 %, of few values their whole range.
@@ -65,4 +84,24 @@ pub(crate) fn vector_range(vectors: &[Vector3<f64>]) -> f64 {
     let eigen = scatter.symmetric_eigen();
     let main = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
     range(vectors.iter().map(|v| main.dot(v)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbourhoods_have_the_median_of_their_frames() {
+        for count in [12, 15, 16, 40, 200] {
+            // Values that repeat, too.
+            let lengths: Vec<f64> =
+                (0..count).map(|t| ((t * 37) % 23) as f64 * if t % 5 == 0 { 0.1 } else { 1.0 }).collect();
+            for (frame, found) in local_medians(&lengths).enumerate() {
+                let last = count as usize - 1;
+                let mut near: Vec<f64> =
+                    (0..=2 * NEIGHBOURS).map(|k| lengths[(frame + k).saturating_sub(NEIGHBOURS).min(last)]).collect();
+                assert_eq!(found, quantile(&mut near, 0.5), "frame {frame} of {count}");
+            }
+        }
+    }
 }

@@ -63,7 +63,7 @@ mod universal;
 pub use crate::Mobility;
 pub use cylindrical::Cylindrical;
 pub use elliptic_trammel::EllipticTrammel;
-pub use engine::{Fitted, Placement, fit, refit};
+pub use engine::{Fitted, Placement, fit};
 pub use free::{Free, free_cost};
 pub use judge::{Judged, judge, judge_series};
 pub(crate) use judge::{bend_cost, far_hinge_cost};
