@@ -33,9 +33,9 @@ const JOINTS: [&str; 9] =
     ["rigid", "prismatic", "revolute", "screw", "cylindrical", "planar", "spherical", "disconnected", "universal"];
 
 fn config(free: &str) -> Detector {
-    let joints = ["rigid", "prismatic", "revolute", "screw", "cylindrical", "planar", "spherical"];
-    let tables: String = joints.iter().map(|joint| format!("[models.{joint}]\n")).collect();
-    detector(&format!("{tables}[models.disconnected]\nkind = '{free}'\n"))
+    let joints = "[models.rigid]\n[models.prismatic]\n[models.revolute]\n[models.screw]\n[models.cylindrical]\n\
+         [models.planar]\n[models.spherical]\n";
+    detector(&format!("{joints}[models.disconnected]\nkind = '{free}'\n"))
 }
 
 /// Scenes as they are, noisy, drifting, with wild samples, worn, long, filtered, and as poses.

@@ -405,7 +405,9 @@ impl Detector {
             anything.into_iter().map(|named| (named.name.clone(), fit(named))).collect();
         let evidence = found.iter().find_map(|(name, finding)| Some((name, finding.as_ref().ok()?.evidence?)));
         if let Some(rival) = evidence.and_then(|(name, evidence)| self.configuration.rule.rival(name, &evidence)) {
-            others.iter().for_each(|named| rival.tell(views.of_model(&named.name).0));
+            for named in &others {
+                rival.tell(views.of_model(&named.name).0);
+            }
         }
         found.extend(others.into_iter().map(|named| (named.name.clone(), fit(named))));
         found

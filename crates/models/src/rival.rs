@@ -16,8 +16,8 @@ pub struct Rival {
     pub charge: f64,
 }
 
-/// By how much further iterations may lower a misfit and what noise makes of it: of play by a third, where scenes and
-/// recordings have shown a tenth, and of noise by more, since play and noise weigh turns and shifts differently.
+/// By how much further iterations may lower a misfit, squared in units of play, and what noise makes of it: play and noise
+/// weigh turns and shifts differently.
 const MISFIT_MAY_FALL: f64 = 3.0;
 const COST_MAY_FALL: f64 = 20.0;
 
