@@ -265,25 +265,25 @@ impl Detector {
         pair.frames_used = motion.frames().len();
         let mut factors: BTreeMap<String, f64> =
             estimates.iter().map(|(name, estimate)| (name.clone(), estimate.factor())).collect();
-        let (models, verdict, remark) = if search == ScaleSearch::Grid && shows_scale(motion) {
+        let (models, verdict, taking) = if search == ScaleSearch::Grid && shows_scale(motion) {
             let weigh = |motion: &RelativeMotion<'_>| self.fits(&Views::of(motion.clone()));
             let evidence = self.configuration.models.iter().any(|named| named.model.states_evidence());
             let grid = over_the_grid(motion, &self.configuration.scale, evidence, weigh);
             factors = grid.factors;
             pair.scale = Some(PairScale { curve: Some(grid.curve), ..PairScale::default() });
             let verdict = self.conclude(&grid.models);
-            (grid.models, verdict, None)
+            (grid.models, verdict, Taking::AsSeen)
         } else {
             self.weighed(&views)
         };
         pair.models = models;
-        pair.notes.extend(remark);
+        pair.notes.extend(taking.note().map(str::to_owned));
         if verdict.cost.is_some() {
             pair.notes.extend(motion.pose_series().and_then(leapt));
         }
         pair.notes.extend(told_by(&pair.models, &verdict));
         pair.notes.extend(richer_note(&verdict, &pair.models));
-        let doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models);
+        let doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models, taking);
         pair.determined = doubts.is_empty();
         pair.notes.extend(doubts);
         let other_side = motion.moving_from_reference();
@@ -325,6 +325,27 @@ impl Detector {
     }
 }
 
+/// How the frames of a pair were taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Taking {
+    /// Each by itself, with its noise.
+    AsSeen,
+    /// Successive ones as one.
+    Merged,
+    /// Each by itself, with a noise that the joint tells: neighbours have nothing in common.
+    InNoOrder,
+}
+
+impl Taking {
+    fn note(self) -> Option<&'static str> {
+        match self {
+            Self::AsSeen => None,
+            Self::Merged => Some("the motion of single frames drowns in their noise: successive frames were merged"),
+            Self::InNoOrder => Some("the frames are not a smooth motion: noise was told by the joint that fits them"),
+        }
+    }
+}
+
 /// A pair's motion as the models look at it.
 struct Views<'m> {
     seen: RelativeMotion<'m>,
@@ -357,13 +378,13 @@ impl<'m> Views<'m> {
 }
 
 impl Detector {
-    /// What the models find, what the rule concludes, and what must be said about how the motion was taken.
-    fn weighed(&self, views: &Views<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Option<String>) {
+    /// What the models find, what the rule concludes, and how the motion was taken.
+    fn weighed(&self, views: &Views<'_>) -> (BTreeMap<String, ModelFinding>, Verdict, Taking) {
         // Without evidence to compare nobody asks for poses and how well they are known.
         let compares = self.configuration.rule.compares_evidence();
         let Some(series) = compares.then(|| views.seen.pose_series()).flatten() else {
             let (models, verdict) = self.weigh(views);
-            return (models, verdict, None);
+            return (models, verdict, Taking::AsSeen);
         };
         if series.tracked()
             && series.is_unordered()
@@ -371,14 +392,12 @@ impl Detector {
         {
             let (models, verdict) = self.weigh(&quiet);
             if fits_within(series, &models, &verdict) {
-                let note = "the frames are not a smooth motion: noise was told by the joint that fits them";
-                return (models, verdict, Some(note.into()));
+                return (models, verdict, Taking::InNoOrder);
             }
         }
         let merged = likeliest_merging(&views.seen).and_then(|frames| views.changed(|motion| motion.merged(frames)));
         let (models, verdict) = self.weigh(merged.as_ref().unwrap_or(views));
-        let note = "the motion of single frames drowns in their noise: successive frames were merged";
-        (models, verdict, merged.map(|_| note.into()))
+        (models, verdict, if merged.is_some() { Taking::Merged } else { Taking::AsSeen })
     }
 
     fn weigh(&self, views: &Views<'_>) -> (BTreeMap<String, ModelFinding>, Verdict) {

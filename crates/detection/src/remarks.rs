@@ -6,10 +6,14 @@ use jointscope_models::JointFit;
 use jointscope_motion::{PoseSeries, RelativeMotion};
 use jointscope_scoring::Verdict;
 
+use crate::detector::Taking;
 use crate::{ModelFinding, PairDetection};
 
 /// Frames below which no joint is determined: three points define a circle, and more must confirm it.
 const FEW_FRAMES: usize = 6;
+
+/// Range of a motion, in standard deviations of the noise, that is none.
+const BELOW_NOISE: f64 = 3.0;
 
 /// Share of frames in which bodies leap apart from which more are suspected than were left out; of a single point, which
 /// nothing confirms, it is less.
@@ -82,11 +86,28 @@ pub(crate) fn told_by(models: &BTreeMap<String, ModelFinding>, verdict: &Verdict
     told.into_iter().map(sentence).collect()
 }
 
+/// Whether what tracked poses show may be their slow errors, of which no difference between successive poses tells how
+/// large they are: then little moves, and what does is not all that a joint leaves free.
+fn slowly_wrong(series: &PoseSeries, of_verdict: Option<&ModelFinding>) -> bool {
+    /// Scatter in standard deviations of the noise from frame to frame; errors that keep nine tenths from frame to frame have
+    /// four.
+    const LITTLE: f64 = 4.0;
+    /// Misfit beyond noise, in standard deviations of it, that is none.
+    const NO_MISFIT: f64 = 0.5;
+    let within = |part: &str, noise: f64| {
+        let misfit = of_verdict.and_then(|finding| finding.as_ref().ok()?.parts.get(part));
+        misfit.is_some_and(|misfit| *misfit < NO_MISFIT * noise)
+    };
+    let fits = within("misfit_distance", series.ends()[0].shift_noise) && within("misfit_angle", series.turn_noise());
+    series.tracked() && series.signal() < LITTLE && !fits
+}
+
 /// Why the data do not decide, in sentences that say what would help.
 pub(crate) fn doubts(
     motion: &RelativeMotion<'_>,
     verdict: &Verdict,
     models: &BTreeMap<String, ModelFinding>,
+    taking: Taking,
 ) -> Vec<String> {
     let mut doubts = verdict.doubts.clone();
     let frames = motion.frames().len();
@@ -105,8 +126,17 @@ pub(crate) fn doubts(
                 "the turn of a body about the line of its features is not seen; track a feature beside it".into(),
             );
         }
-        if series.is_below_noise() && verdict.joint != "rigid" {
+        if series.is_within_noise(BELOW_NOISE) && verdict.joint != "rigid" {
             doubts.push("the motion stays below the noise; record more motion".into());
+        } else if taking != Taking::InNoOrder
+            && verdict.joint != "rigid"
+            && slowly_wrong(series, models.get(&verdict.joint))
+        {
+            doubts.push(
+                "the tracked poses move little more than their noise from frame to frame, and trackers err slowly by as much: \
+                 that may be no motion; record more"
+                    .into(),
+            );
         }
     }
     let of_point = models.values().flatten().find_map(|fit| fit.parts.get("leap_share").copied());

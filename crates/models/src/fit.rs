@@ -162,6 +162,12 @@ impl Evidence {
         if self.freedom > 0.0 { self.chi_squared / self.freedom } else { 1.0 }
     }
 
+    /// Frames that the recording is worth, were their errors independent: six numbers each of what is left of the noise
+    /// after the fit.
+    pub fn independent_frames(&self) -> f64 {
+        self.freedom / (6.0 * self.correlation_time)
+    }
+
     /// What `χ²` has more than chance gives it.
     pub(crate) fn excess(&self) -> f64 {
         let chance = self.freedom + 2.0 * (2.0 * self.freedom).sqrt();

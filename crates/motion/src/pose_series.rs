@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3};
 
 use merged::Mean;
 
+use crate::answers::Answers;
 use crate::noise::{believed_drift, slowness};
 use crate::selection::{Common, sampled, telling};
 use crate::whitening::Roots;
@@ -63,6 +64,7 @@ pub struct PoseSeries {
     every_pose: Vec<(usize, Pose)>,
     start: Option<Start>,
     pub(crate) roots: Roots,
+    answers: Answers,
 }
 
 /// How well the coordinates of the body that was asked to be the reference are known: they are those of the recording
@@ -126,8 +128,7 @@ impl PoseSeries {
         let moving_origin = moving.centre().coords;
         let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
         let reference_centre = reference.centre();
-        let shift = |by: &Vector3<f64>| Pose::from(Translation3::from(*by));
-        let (before, after) = (shift(&-origin), shift(&moving_origin));
+        let [before, after] = [-origin, moving_origin].map(|by| Pose::from(Translation3::from(by)));
         let (taken, evenly) = match as_in {
             Some(other) => {
                 let known = |index: &usize| other.frames.binary_search(&common[*index].0).is_ok();
@@ -189,6 +190,7 @@ impl PoseSeries {
             seen: 0,
             start: start_of(asked_reference),
             roots: Roots::default(),
+            answers: Answers::default(),
             every_pose: common.iter().map(|(frame, r, m)| (*frame, before * r.inverse() * m * after)).collect(),
         };
         series.seen = series.poses.len();
@@ -238,6 +240,11 @@ impl PoseSeries {
             carried(noise, &-lever).fixed_view::<3, 3>(3, 3).trace() / 3.0
         };
         median(self.noise.iter().zip(&self.poses).map(of_pose).collect()).sqrt()
+    }
+
+    /// What several fits ask of these poses, computed once: by the type of the answer, which should belong to who asks.
+    pub fn once<T: Clone + Send + Sync + 'static>(&self, ask: impl FnOnce() -> T) -> T {
+        self.answers.get_or_ask(ask)
     }
 
     /// Frames of the recording, increasing.
@@ -379,10 +386,10 @@ impl PoseSeries {
         self.ends[0].shift_noise > NEARLY * shifts || self.turn_noise() > NEARLY * turns
     }
 
-    /// Whether neither turn nor travel exceeds what noise alone makes.
-    pub fn is_below_noise(&self) -> bool {
+    /// Whether neither turn nor travel, as ranges, exceed so many standard deviations of the noise.
+    pub fn is_within_noise(&self, deviations: f64) -> bool {
         let End { travel, shift_noise, .. } = self.ends[0];
-        self.turn < 3.0 * self.turn_noise() && travel < 3.0 * shift_noise
+        self.turn < deviations * self.turn_noise() && travel < deviations * shift_noise
     }
 
     pub(crate) fn with_noise(&self, factor: f64) -> Self {

@@ -16,8 +16,12 @@ const IN_NOISE: f64 = 8.0;
 const IN_QUARTILES: f64 = 6.0;
 /// Least departure of a rotation that counts as a flip, radians.
 const LEAST_FLIP: f64 = 0.052;
+/// Share of the changes of turning that is quiet however many frames are flipped, and how many of these a change must be to
+/// be abrupt.
+const QUIET_SHARE: f64 = 0.1;
+const IN_QUIET: f64 = 30.0;
 /// Share of the frames in which the turning changes abruptly from which flips are suspected that were not told.
-const RESTLESS: f64 = 0.1;
+const RESTLESS: f64 = 0.06;
 /// Largest share of the frames that can be wrong; with more, nobody knows which.
 const MOST_POSITIONS: f64 = 0.4;
 const MOST_ROTATIONS: f64 = 0.4;
@@ -79,7 +83,9 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
     }
     let changes =
         changes_of_turning(&kept.iter().filter_map(|&frame| Some(cleaned[frame]?.rotation)).collect::<Vec<_>>());
-    let abrupt = (IN_MEDIANS * quantile(&mut changes.clone(), 0.5)).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
+    // Flips spoil three changes each, and may be more than the sound frames: the quiet ones tell what is usual.
+    let usual = quantile(&mut changes.clone(), QUIET_SHARE);
+    let abrupt = (IN_QUIET * usual).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
     let restless = share(&changes.iter().map(|change| *change > abrupt).collect::<Vec<_>>());
     Mended { poses: cleaned, replaced, restless: (restless > RESTLESS).then_some(restless) }
 }

@@ -31,6 +31,8 @@ pub struct Likelihood {
 /// joint explains is told, and by how much noise must speak for it.
 const WOBBLES: f64 = 6.0;
 const SURELY: f64 = 100.0;
+/// Independent frames below which noise that drifts tells nothing.
+const FEW_FRAMES: f64 = 6.0;
 
 /// What one joint costs.
 struct Candidate<'f> {
@@ -192,7 +194,10 @@ impl Likelihood {
         }
         let far_off = |c: &Candidate<'_>| c.evidence.departure.is_some_and(|d| d.squared >= d.adequate);
         let gain = |other: &Candidate<'_>| best.evidence.noise_cost() - other.evidence.noise_cost();
-        let better = candidates.iter().find(|other| far_off(best) && !far_off(other) && gain(other) > self.lead);
+        // Where errors drift through the whole recording, noise explains anything, and tells nothing.
+        let scarce = best.evidence.correlation_time > 1.0 && best.evidence.independent_frames() < FEW_FRAMES;
+        let surely = |other: &Candidate<'_>, lead: f64| if scarce { gain(other) > 0.0 } else { gain(other) > lead };
+        let better = candidates.iter().find(|other| far_off(best) && !far_off(other) && surely(other, self.lead));
         if let Some(better) = better {
             doubts.push(format!(
                 "{} is the simplest, but leaves a motion that {} explains; noise or drift are too large to be sure",
@@ -202,12 +207,14 @@ impl Likelihood {
         let still = best.evidence.mobility.turns + best.evidence.mobility.slides == 0;
         let wobbles = still && best.evidence.departure.is_some_and(|d| d.squared > WOBBLES);
         let within_play = |c: &Candidate<'_>| c.evidence.departure.is_some_and(|d| d.squared < 1.0);
-        let explained = candidates.iter().find(|other| within_play(other) && gain(other) > SURELY);
+        let explained = candidates.iter().find(|other| within_play(other) && surely(other, SURELY));
         if let Some(joint) = explained.filter(|_| wobbles && !far_off(best)) {
-            doubts.push(format!(
-                "{} with more play than usual, or {}: noise does not explain the motion between the bodies",
-                best.name, joint.name
-            ));
+            let why = if scarce {
+                "noise drifts, and so short a recording does not tell it from motion; record longer"
+            } else {
+                "noise does not explain the motion between the bodies"
+            };
+            doubts.push(format!("{} with more play than usual, or {}: {why}", best.name, joint.name));
         }
         if let Some(departure) = best.evidence.departure
             && best.charge >= departure.adequate

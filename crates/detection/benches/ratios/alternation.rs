@@ -7,7 +7,7 @@ use crate::document::Document;
 /// Rounds of what is quick and of what takes seconds, and how many more are tried while memory is disturbed.
 pub(crate) const ROUNDS: usize = 15;
 pub(crate) const FEW_ROUNDS: usize = 3;
-const PATIENCE: usize = 2;
+const PATIENCE: usize = 8;
 /// Difference of the floor from its median, as a share of it, above which a round is disturbed.
 const DISTURBED: f64 = 0.15;
 
@@ -114,7 +114,7 @@ impl Times {
 /// Lets all take turns, and tells the document what was disturbed.
 ///
 /// A round counts if the floor at its start and at its end is within 15 % of the median of all; as long as too few count,
-/// further ones are tried, twice as many at most. What the contestants take is not looked at.
+/// further ones are tried, eight times as many at most. What the contestants take is not looked at.
 pub(crate) fn alternate(
     document: &mut Document,
     what: &str,

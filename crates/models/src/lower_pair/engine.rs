@@ -255,17 +255,24 @@ impl State {
     fn iterate(&mut self, problem: &Problem<'_>, linear: &mut Linearisation, iterations: usize, enough: f64) {
         while !self.converged && self.iterations < iterations {
             let (normal, gradient) = self.linearise(problem, linear);
-            let promised = promised(linear, &normal, &gradient);
-            if promised < enough * self.cost {
-                break;
+            let ends = CONVERGED * (1.0 + self.cost);
+            let mut proposed = solve(&normal, &gradient, self.damping);
+            let mut promised = promised(linear, proposed.as_ref(), &gradient);
+            // Damping never adds to what is promised.
+            if promised < ends.max(enough * self.cost) {
+                let whole = solve(&normal, &gradient, LEAST_DAMPING);
+                promised = self::promised(linear, whole.as_ref(), &gradient);
+                if promised < enough * self.cost {
+                    break;
+                }
+                if promised < ends {
+                    (self.damping, proposed) = (LEAST_DAMPING, whole);
+                }
             }
             self.iterations += 1;
             // A last whole step is all that is left to gain.
-            let last = promised < CONVERGED * (1.0 + self.cost);
-            if last {
-                self.damping = LEAST_DAMPING;
-            }
-            let lowered = self.step(problem, linear, &normal, &gradient, if last { 1 } else { TRIES });
+            let last = promised < ends;
+            let lowered = self.step(problem, linear, (&normal, &gradient), proposed, if last { 1 } else { TRIES });
             self.converged = last || !lowered || self.stalled >= 2;
         }
     }
@@ -288,17 +295,19 @@ impl State {
         linear.equations(&problem.lanes, &(home.inverse() * joint))
     }
 
-    /// One damped step, mixed with those before or alone; `false` if none of so many lowers the cost.
+    /// A step as proposed or, by more damping, ever shorter ones, mixed with those before or alone; `false` if none of so
+    /// many lowers the cost.
     fn step(
         &mut self,
         problem: &Problem<'_>,
         linear: &Linearisation,
-        normal: &Normal,
-        gradient: &Unknowns,
+        (normal, gradient): (&Normal, &Unknowns),
+        proposed: Option<Unknowns>,
         tries: usize,
     ) -> bool {
         for attempt in 0..tries {
-            let Some(step) = solve(normal, gradient, self.damping) else { return false };
+            let step = if attempt == 0 { proposed } else { solve(normal, gradient, self.damping) };
+            let Some(step) = step else { return false };
             let turn = step.fixed_rows::<3>(0).amax().max(step.fixed_rows::<3>(6).amax());
             let step = if turn > LARGEST_TURN { step * (LARGEST_TURN / turn) } else { step };
             let shares = if attempt == 0 { self.mixing.shares(normal, &step) } else { None };
@@ -383,10 +392,9 @@ impl Trial {
     }
 }
 
-/// What the cost would fall by, were all residuals linear.
-fn promised(linear: &Linearisation, normal: &Normal, gradient: &Unknowns) -> f64 {
-    let by_unknowns = solve(normal, gradient, LEAST_DAMPING).map_or(f64::INFINITY, |step| step.dot(gradient));
-    linear.promised_by_positions() + by_unknowns
+/// What the cost would fall by with a step, were all residuals linear.
+fn promised(linear: &Linearisation, step: Option<&Unknowns>, gradient: &Unknowns) -> f64 {
+    linear.promised_by_positions() + step.map_or(f64::INFINITY, |step| step.dot(gradient))
 }
 
 fn damped(normal: &Normal, damping: f64) -> Normal {

@@ -1,5 +1,7 @@
 //! Where fits of mechanisms begin: linear estimates from all poses of a series.
 
+use std::sync::Arc;
+
 use jointscope_motion::{Pose, PoseSeries, twist::rotation_log};
 use nalgebra::{
     Complex, Matrix3, Matrix4, Matrix6, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3, Vector6,
@@ -27,7 +29,12 @@ struct Summary {
 }
 
 impl Summary {
-    fn of(series: &PoseSeries) -> Self {
+    /// Of a series, made once for all mechanisms.
+    fn of(series: &PoseSeries) -> Arc<Self> {
+        series.once(|| Arc::new(Self::made(series)))
+    }
+
+    fn made(series: &PoseSeries) -> Self {
         let poses = series.poses();
         let count = poses.len() as f64;
         let squares = poses.iter().map(|pose| pose.rotation.coords * pose.rotation.coords.transpose());
