@@ -45,9 +45,14 @@ pub fn free_cost(series: &PoseSeries) -> f64 {
 
 /// Price of where the poses are, as positions about their mean.
 fn cost_of_departures(series: &PoseSeries) -> f64 {
-    let home = starts::at_rest(series).home.inverse();
-    let departures: Vec<Vector6<f64>> = series.poses().iter().map(|pose| twist::log(&(home * pose))).collect();
-    random_effect::cost(&departures, series.noise())
+    #[derive(Clone)]
+    struct Cost(f64);
+    let cost = || {
+        let home = starts::at_rest(series).home.inverse();
+        let departures: Vec<Vector6<f64>> = series.poses().iter().map(|pose| twist::log(&(home * pose))).collect();
+        Cost(random_effect::cost(&departures, series.noise()))
+    };
+    series.once(cost).0
 }
 
 joint_model!(Free, "free", "any motion: the bodies are not connected");

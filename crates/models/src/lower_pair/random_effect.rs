@@ -40,10 +40,13 @@ pub fn cost<const D: usize>(positions: &[SVector<f64, D>], noise: &[SMatrix<f64,
     for _ in 0..ROUNDS {
         let mut next = SMatrix::<f64, D, D>::zeros();
         for (departure, noise) in departures.iter().zip(&noise) {
+            // With `S + N = L Lᵀ`: what is expected is `S (S + N)⁻¹ d`, and `S - S (S + N)⁻¹ S` is not known of it.
             let Some(total) = (spread + noise).cholesky() else { continue };
-            let gain = total.solve(&spread).transpose();
-            let expected = gain * departure;
-            next += expected * expected.transpose() + spread - gain * spread;
+            let (mut carried, mut white) = (spread, *departure);
+            total.l_dirty().solve_lower_triangular_mut(&mut carried);
+            total.l_dirty().solve_lower_triangular_mut(&mut white);
+            let expected = carried.tr_mul(&white);
+            next += expected * expected.transpose() + spread - carried.tr_mul(&carried);
         }
         next = (next + next.transpose()) / (2.0 * count);
         let change = (next - spread).norm();
