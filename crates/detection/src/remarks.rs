@@ -11,6 +11,8 @@ use crate::{ModelFinding, PairDetection};
 
 /// Frames below which no joint is determined: three points define a circle, and more must confirm it.
 const FEW_FRAMES: usize = 6;
+/// The same of tracked poses, whose noise is told by their third differences.
+const FEW_POSES: usize = 12;
 
 /// Range of a motion, in standard deviations of the noise, that is none.
 const BELOW_NOISE: f64 = 3.0;
@@ -102,6 +104,27 @@ fn slowly_wrong(series: &PoseSeries, of_verdict: Option<&ModelFinding>) -> bool 
     series.tracked() && series.signal() < LITTLE && !fits
 }
 
+/// The simplest joint that was passed over for what may be hidden errors of poses that have gone through a filter.
+fn passed_over<'m>(
+    series: &PoseSeries,
+    verdict: &Verdict,
+    models: &'m BTreeMap<String, ModelFinding>,
+) -> Option<&'m str> {
+    /// How many times as large errors may be as they look.
+    const HIDDEN: f64 = 30.0;
+    let found = |name: &str| models.get(name)?.as_ref().ok();
+    let mobility = found(&verdict.joint)?.evidence?.mobility;
+    let within = |fit: &JointFit, part: &str, noise: f64| fit.parts.get(part).is_some_and(|m| *m < HIDDEN * noise);
+    let simpler = models.keys().filter_map(|name| {
+        let fit = found(name)?;
+        let near = within(fit, "misfit_distance", series.ends()[0].shift_noise)
+            && within(fit, "misfit_angle", series.turn_noise());
+        let other = fit.evidence?.mobility;
+        (near && mobility.contains(&other)).then_some((other.parameters, name.as_str()))
+    });
+    simpler.min().map(|(_, name)| name)
+}
+
 /// Why the data do not decide, in sentences that say what would help.
 pub(crate) fn doubts(
     motion: &RelativeMotion<'_>,
@@ -137,6 +160,22 @@ pub(crate) fn doubts(
                  that may be no motion; record more"
                     .into(),
             );
+        }
+    }
+    if let Some(series) = verdict.cost.and_then(|_| motion.pose_series()) {
+        if series.smoothed()
+            && taking != Taking::InNoOrder
+            && let Some(simpler) = passed_over(series, verdict, models)
+        {
+            doubts.push(format!(
+                "the tracked poses have gone through a filter, which hides how large their errors are: what {simpler} leaves \
+                 may be such; track without it, or record more motion"
+            ));
+        }
+        if series.tracked() && (FEW_FRAMES..FEW_POSES).contains(&frames) {
+            doubts.push(format!(
+                "{frames} frames of poses do not tell motion from noise, at least {FEW_POSES} are needed; record more"
+            ));
         }
     }
     let of_point = models.values().flatten().find_map(|fit| fit.parts.get("leap_share").copied());

@@ -363,6 +363,11 @@ impl<'r> BodyMotion<'r> {
         self.tracked.as_ref()?.restless
     }
 
+    /// Whether the body's tracked poses have gone through a filter, which hides how large their errors are.
+    pub fn is_smoothed(&self) -> bool {
+        self.tracked.as_ref().is_some_and(|mended| mended.smoothed)
+    }
+
     /// Direction of the line on which all features of the body lie, in the body's coordinates, if they do: the turn
     /// about it is not seen.
     pub fn line(&self) -> Option<Vector3<f64>> {

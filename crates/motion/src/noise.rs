@@ -263,6 +263,27 @@ fn position_difference(w: &[Vector3<f64>; 4]) -> Vector3<f64> {
     w[3] - 3.0 * (w[2] - w[1]) - w[0]
 }
 
+/// Whether successive errors of tracked positions are alike because a filter has made them so, which hides how large they
+/// are: third differences of white noise follow one another with a correlation of -3/4, those of a smooth motion of 1, and
+/// those of noise behind a filter lie between.
+pub(crate) fn is_smoothed(poses: &[Option<Pose>]) -> bool {
+    const FILTERED: std::ops::Range<f64> = -0.5..0.75;
+    /// Differences below which chance may put their correlation anywhere.
+    const FEW: usize = 30;
+    let mut places: Vec<Option<Vector3<f64>>> =
+        poses.iter().map(|pose| Some(pose.as_ref()?.translation.vector)).collect();
+    places.dedup_by(|a, b| a.is_some() && a == b);
+    let difference = |w: &[Option<Vector3<f64>>]| Some(position_difference(&[w[0]?, w[1]?, w[2]?, w[3]?]));
+    let pairs = places.windows(5).filter_map(|w| difference(&w[..4]).zip(difference(&w[1..])));
+    let (mut count, mut product, mut squares) = (0, 0.0, 0.0);
+    for (before, after) in pairs {
+        count += 1;
+        product += before.dot(&after);
+        squares += (before.norm_squared() + after.norm_squared()) / 2.0;
+    }
+    count >= FEW && squares > 0.0 && FILTERED.contains(&(product / squares))
+}
+
 /// Noise of tracked rotations, radians per coordinate of the rotation vector.
 pub(crate) fn of_rotations(poses: &[Option<Pose>], trust: Trust) -> Option<f64> {
     // Rotations relative to the previous frame are small, and are first differences already.

@@ -50,6 +50,7 @@ pub struct PoseSeries {
     moving_origin: Vector3<f64>,
     correlation_time: f64,
     tracked: bool,
+    smoothed: bool,
     vague: bool,
     merged_cost: f64,
     merged_motion: f64,
@@ -177,6 +178,7 @@ impl PoseSeries {
             moving_origin,
             correlation_time: (1.0 + drift) / (1.0 - drift),
             tracked: reference.is_tracked() && !reference.is_at_rest() || moving.is_tracked(),
+            smoothed: reference.is_smoothed() || moving.is_smoothed(),
             vague: [reference, moving].iter().any(|body| body.line().is_some()),
             merged_cost: 0.0,
             merged_motion: 0.0,
@@ -293,6 +295,11 @@ impl PoseSeries {
     /// Whether a tracker gave the poses, whose rotations may be slowly wrong.
     pub fn tracked(&self) -> bool {
         self.tracked
+    }
+
+    /// Whether a filter hides how large the errors of tracked poses are.
+    pub fn smoothed(&self) -> bool {
+        self.smoothed
     }
 
     /// Whether a turn of one of the bodies is not seen at all.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 
+use crate::noise::is_smoothed;
 use crate::{Pose, quantile};
 
 /// Half width of the neighbourhood in time, frames.
@@ -22,6 +23,9 @@ const QUIET_SHARE: f64 = 0.1;
 const IN_QUIET: f64 = 30.0;
 /// Share of the frames in which the turning changes abruptly from which flips are suspected that were not told.
 const RESTLESS: f64 = 0.06;
+/// Abrupt changes at the ends of a stretch of wrong orientations, and frames of a recording in which one spoils a joint.
+const BURST: usize = 2;
+const SHORT: usize = 100;
 /// Largest share of the frames that can be wrong; with more, nobody knows which.
 const MOST_POSITIONS: f64 = 0.4;
 const MOST_ROTATIONS: f64 = 0.4;
@@ -35,6 +39,8 @@ pub(crate) struct Mended {
     pub(crate) replaced: Vec<bool>,
     /// Share of the frames in which the turning changes abruptly, where it is so large that nobody knows which are wrong.
     pub(crate) restless: Option<f64>,
+    /// Whether a filter hides how large the errors are.
+    pub(crate) smoothed: bool,
 }
 
 /// Drops frames whose position jumps away, and replaces rotations that do. The flips of a flat marker seen by one camera
@@ -44,7 +50,7 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
     let mut replaced = vec![false; poses.len()];
     let frames: Vec<usize> = (0..poses.len()).filter(|&frame| poses[frame].is_some()).collect();
     if frames.len() < FEW {
-        return Mended { poses: cleaned, replaced, restless: None };
+        return Mended { poses: cleaned, replaced, restless: None, smoothed: false };
     }
     let positions: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
     let around = expected(&positions);
@@ -86,8 +92,12 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
     // Flips spoil three changes each, and may be more than the sound frames: the quiet ones tell what is usual.
     let usual = quantile(&mut changes.clone(), QUIET_SHARE);
     let abrupt = (IN_QUIET * usual).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
-    let restless = share(&changes.iter().map(|change| *change > abrupt).collect::<Vec<_>>());
-    Mended { poses: cleaned, replaced, restless: (restless > RESTLESS).then_some(restless) }
+    let abrupt: Vec<bool> = changes.iter().map(|change| *change > abrupt).collect();
+    // In a short recording a single stretch of them counts.
+    let bursts = frames.len() < SHORT && abrupt.iter().filter(|abrupt| **abrupt).count() >= BURST;
+    let restless = (bursts || share(&abrupt) > RESTLESS).then_some(share(&abrupt));
+    let smoothed = is_smoothed(&cleaned);
+    Mended { poses: cleaned, replaced, restless, smoothed }
 }
 
 /// By how much every turn from a frame to the next differs from the one before, radians: steady turning has none, and a
