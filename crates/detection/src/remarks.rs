@@ -104,21 +104,17 @@ fn slowly_wrong(series: &PoseSeries, of_verdict: Option<&ModelFinding>) -> bool 
     series.tracked() && series.signal() < LITTLE && !fits
 }
 
-/// The simplest joint that was passed over for what may be hidden errors of poses that have gone through a filter.
-fn passed_over<'m>(
-    series: &PoseSeries,
-    verdict: &Verdict,
-    models: &'m BTreeMap<String, ModelFinding>,
-) -> Option<&'m str> {
-    /// How many times as large errors may be as they look.
-    const HIDDEN: f64 = 30.0;
+/// The simplest joint that was passed over for what may be slow errors of tracked poses.
+fn passed_over<'m>(verdict: &Verdict, models: &'m BTreeMap<String, ModelFinding>) -> Option<&'m str> {
+    /// Slow errors of trackers, metres and radians.
+    const SLOW_SHIFT: f64 = 0.008;
+    const SLOW_TURN: f64 = 0.052;
     let found = |name: &str| models.get(name)?.as_ref().ok();
     let mobility = found(&verdict.joint)?.evidence?.mobility;
-    let within = |fit: &JointFit, part: &str, noise: f64| fit.parts.get(part).is_some_and(|m| *m < HIDDEN * noise);
+    let within = |fit: &JointFit, part: &str, most: f64| fit.parts.get(part).is_some_and(|misfit| *misfit < most);
     let simpler = models.keys().filter_map(|name| {
         let fit = found(name)?;
-        let near = within(fit, "misfit_distance", series.ends()[0].shift_noise)
-            && within(fit, "misfit_angle", series.turn_noise());
+        let near = within(fit, "misfit_distance", SLOW_SHIFT) && within(fit, "misfit_angle", SLOW_TURN);
         let other = fit.evidence?.mobility;
         (near && mobility.contains(&other)).then_some((other.parameters, name.as_str()))
     });
@@ -163,13 +159,13 @@ pub(crate) fn doubts(
         }
     }
     if let Some(series) = verdict.cost.and_then(|_| motion.pose_series()) {
-        if series.smoothed()
+        if series.smooth()
             && taking != Taking::InNoOrder
-            && let Some(simpler) = passed_over(series, verdict, models)
+            && let Some(simpler) = passed_over(verdict, models)
         {
             doubts.push(format!(
-                "the tracked poses have gone through a filter, which hides how large their errors are: what {simpler} leaves \
-                 may be such; track without it, or record more motion"
+                "the tracked poses have gone through a filter or err slowly, which hides how large their errors are: what \
+                 {simpler} leaves may be such; record more motion"
             ));
         }
         if series.tracked() && (FEW_FRAMES..FEW_POSES).contains(&frames) {

@@ -363,9 +363,9 @@ impl<'r> BodyMotion<'r> {
         self.tracked.as_ref()?.restless
     }
 
-    /// Whether the body's tracked poses have gone through a filter, which hides how large their errors are.
-    pub fn is_smoothed(&self) -> bool {
-        self.tracked.as_ref().is_some_and(|mended| mended.smoothed)
+    /// Whether successive errors of the body's tracked poses are alike, which hides how large they are.
+    pub fn is_smooth(&self) -> bool {
+        self.tracked.as_ref().is_some_and(|mended| mended.smooth)
     }
 
     /// Direction of the line on which all features of the body lie, in the body's coordinates, if they do: the turn

@@ -263,25 +263,27 @@ fn position_difference(w: &[Vector3<f64>; 4]) -> Vector3<f64> {
     w[3] - 3.0 * (w[2] - w[1]) - w[0]
 }
 
-/// Whether successive errors of tracked positions are alike because a filter has made them so, which hides how large they
-/// are: third differences of white noise follow one another with a correlation of -3/4, those of a smooth motion of 1, and
-/// those of noise behind a filter lie between.
-pub(crate) fn is_smoothed(poses: &[Option<Pose>]) -> bool {
-    const FILTERED: std::ops::Range<f64> = -0.5..0.75;
-    /// Differences below which chance may put their correlation anywhere.
-    const FEW: usize = 30;
+/// Whether successive errors of tracked positions are alike, or do not show at all, so that nobody knows how large they are:
+/// third differences of white noise follow one another with a correlation of -3/4, of noise that drifts with more, of noise
+/// behind a filter with much more, and those of a smooth motion with 1.
+pub(crate) fn is_smooth(poses: &[Option<Pose>]) -> bool {
+    const OF_WHITE_NOISE: f64 = -0.75;
+    /// Standard deviation of that correlation by chance, times the root of the number of coordinates, and how many of them
+    /// are no chance.
+    const CHANCE: f64 = 0.7;
+    const SURELY: f64 = 3.0;
     let mut places: Vec<Option<Vector3<f64>>> =
         poses.iter().map(|pose| Some(pose.as_ref()?.translation.vector)).collect();
     places.dedup_by(|a, b| a.is_some() && a == b);
     let difference = |w: &[Option<Vector3<f64>>]| Some(position_difference(&[w[0]?, w[1]?, w[2]?, w[3]?]));
     let pairs = places.windows(5).filter_map(|w| difference(&w[..4]).zip(difference(&w[1..])));
-    let (mut count, mut product, mut squares) = (0, 0.0, 0.0);
+    let (mut count, mut product, mut squares) = (0.0, 0.0, 0.0);
     for (before, after) in pairs {
-        count += 1;
+        count += 1.0;
         product += before.dot(&after);
-        squares += (before.norm_squared() + after.norm_squared()) / 2.0;
+        squares += f64::midpoint(before.norm_squared(), after.norm_squared());
     }
-    count >= FEW && squares > 0.0 && FILTERED.contains(&(product / squares))
+    squares > 0.0 && product / squares > OF_WHITE_NOISE + SURELY * CHANCE / (3.0_f64 * count).sqrt()
 }
 
 /// Noise of tracked rotations, radians per coordinate of the rotation vector.

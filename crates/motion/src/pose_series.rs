@@ -50,7 +50,7 @@ pub struct PoseSeries {
     moving_origin: Vector3<f64>,
     correlation_time: f64,
     tracked: bool,
-    smoothed: bool,
+    smooth: bool,
     vague: bool,
     merged_cost: f64,
     merged_motion: f64,
@@ -126,9 +126,8 @@ impl PoseSeries {
         }
         let (of_reference, of_moving) = (reference.pose_covariances(), moving.pose_covariances());
         let (_, first_reference, first_moving) = common.first()?;
-        let moving_origin = moving.centre().coords;
+        let (moving_origin, reference_centre) = (moving.centre().coords, reference.centre());
         let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
-        let reference_centre = reference.centre();
         let [before, after] = [-origin, moving_origin].map(|by| Pose::from(Translation3::from(by)));
         let (taken, evenly) = match as_in {
             Some(other) => {
@@ -178,7 +177,7 @@ impl PoseSeries {
             moving_origin,
             correlation_time: (1.0 + drift) / (1.0 - drift),
             tracked: reference.is_tracked() && !reference.is_at_rest() || moving.is_tracked(),
-            smoothed: reference.is_smoothed() || moving.is_smoothed(),
+            smooth: reference.is_smooth() || moving.is_smooth(),
             vague: [reference, moving].iter().any(|body| body.line().is_some()),
             merged_cost: 0.0,
             merged_motion: 0.0,
@@ -297,9 +296,9 @@ impl PoseSeries {
         self.tracked
     }
 
-    /// Whether a filter hides how large the errors of tracked poses are.
-    pub fn smoothed(&self) -> bool {
-        self.smoothed
+    /// Whether successive errors of tracked poses are alike, which hides how large they are.
+    pub fn smooth(&self) -> bool {
+        self.smooth
     }
 
     /// Whether a turn of one of the bodies is not seen at all.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 
-use crate::noise::is_smoothed;
+use crate::noise::is_smooth;
 use crate::{Pose, quantile};
 
 /// Half width of the neighbourhood in time, frames.
@@ -23,9 +23,11 @@ const QUIET_SHARE: f64 = 0.1;
 const IN_QUIET: f64 = 30.0;
 /// Share of the frames in which the turning changes abruptly from which flips are suspected that were not told.
 const RESTLESS: f64 = 0.06;
-/// Abrupt changes at the ends of a stretch of wrong orientations, and frames of a recording in which one spoils a joint.
-const BURST: usize = 2;
+/// Frames of a recording in which a single stretch of wrong orientations spoils a joint, changes at its ends, and how many
+/// medians are no noise.
 const SHORT: usize = 100;
+const BURST: usize = 2;
+const BEYOND_NOISE: f64 = 4.0;
 /// Largest share of the frames that can be wrong; with more, nobody knows which.
 const MOST_POSITIONS: f64 = 0.4;
 const MOST_ROTATIONS: f64 = 0.4;
@@ -39,8 +41,8 @@ pub(crate) struct Mended {
     pub(crate) replaced: Vec<bool>,
     /// Share of the frames in which the turning changes abruptly, where it is so large that nobody knows which are wrong.
     pub(crate) restless: Option<f64>,
-    /// Whether a filter hides how large the errors are.
-    pub(crate) smoothed: bool,
+    /// Whether successive errors are alike, which hides how large they are.
+    pub(crate) smooth: bool,
 }
 
 /// Drops frames whose position jumps away, and replaces rotations that do. The flips of a flat marker seen by one camera
@@ -50,7 +52,7 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
     let mut replaced = vec![false; poses.len()];
     let frames: Vec<usize> = (0..poses.len()).filter(|&frame| poses[frame].is_some()).collect();
     if frames.len() < FEW {
-        return Mended { poses: cleaned, replaced, restless: None, smoothed: false };
+        return Mended { poses: cleaned, replaced, restless: None, smooth: false };
     }
     let positions: Vec<Vector3<f64>> = poses.iter().flatten().map(|pose| pose.translation.vector).collect();
     let around = expected(&positions);
@@ -93,11 +95,12 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
     let usual = quantile(&mut changes.clone(), QUIET_SHARE);
     let abrupt = (IN_QUIET * usual).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
     let abrupt: Vec<bool> = changes.iter().map(|change| *change > abrupt).collect();
-    // In a short recording a single stretch of them counts.
-    let bursts = frames.len() < SHORT && abrupt.iter().filter(|abrupt| **abrupt).count() >= BURST;
+    // In a short recording a single stretch of wrong orientations spoils a joint.
+    let beyond_noise = (BEYOND_NOISE * quantile(&mut changes.clone(), 0.5)).max(LEAST_FLIP);
+    let bursts = frames.len() < SHORT && changes.iter().filter(|change| **change > beyond_noise).count() >= BURST;
     let restless = (bursts || share(&abrupt) > RESTLESS).then_some(share(&abrupt));
-    let smoothed = is_smoothed(&cleaned);
-    Mended { poses: cleaned, replaced, restless, smoothed }
+    let smooth = is_smooth(&cleaned);
+    Mended { poses: cleaned, replaced, restless, smooth }
 }
 
 /// By how much every turn from a frame to the next differs from the one before, radians: steady turning has none, and a
