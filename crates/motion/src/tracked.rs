@@ -94,11 +94,13 @@ pub(crate) fn without_jumps(poses: &[Option<Pose>], position_noise: f64, rotatio
     // Flips spoil three changes each, and may be more than the sound frames: the quiet ones tell what is usual.
     let usual = quantile(&mut changes.clone(), QUIET_SHARE);
     let abrupt = (IN_QUIET * usual).max(IN_NOISE * rotation_noise).max(LEAST_FLIP);
-    let abrupt: Vec<bool> = changes.iter().map(|change| *change > abrupt).collect();
     // In a short recording a single stretch of wrong orientations spoils a joint.
+    let short = frames.len() < SHORT;
     let beyond_noise = (BEYOND_NOISE * quantile(&mut changes.clone(), 0.5)).max(LEAST_FLIP);
-    let bursts = frames.len() < SHORT && changes.iter().filter(|change| **change > beyond_noise).count() >= BURST;
-    let restless = (bursts || share(&abrupt) > RESTLESS).then_some(share(&abrupt));
+    let limit = if short { abrupt.min(beyond_noise) } else { abrupt };
+    let jumps: Vec<bool> = changes.iter().map(|change| *change > limit).collect();
+    let many = if short { jumps.iter().filter(|jump| **jump).count() >= BURST } else { share(&jumps) > RESTLESS };
+    let restless = many.then_some(share(&jumps));
     let smooth = is_smooth(&cleaned);
     Mended { poses: cleaned, replaced, restless, smooth }
 }
