@@ -88,6 +88,6 @@ fn verdicts_are_those_of_fits_to_the_end() {
             }
         }
     }
-    // A fifth of all fits of such scenes is far off.
+    // More than one of the seven joints of a scene, on average.
     assert!(all > conditions().len() * JOINTS.len() * 3, "{all} fits were given up");
 }

@@ -106,7 +106,8 @@ fn slowly_wrong(series: &PoseSeries, of_verdict: Option<&ModelFinding>) -> bool 
 
 /// The simplest joint that was passed over for what may be slow errors of tracked poses.
 fn passed_over<'m>(verdict: &Verdict, models: &'m BTreeMap<String, ModelFinding>) -> Option<&'m str> {
-    /// Slow errors of trackers, metres and radians.
+    /// Slow errors of trackers, metres and radians, at most: 3 mm and 0.01 rad per coordinate of both bodies that keep nine
+    /// tenths from frame to frame are 7 mm and 1.4 degrees apart, root mean square, and flat markers err by 3 degrees.
     const SLOW_SHIFT: f64 = 0.008;
     const SLOW_TURN: f64 = 0.052;
     let found = |name: &str| models.get(name)?.as_ref().ok();
@@ -157,8 +158,6 @@ pub(crate) fn doubts(
                     .into(),
             );
         }
-    }
-    if let Some(series) = verdict.cost.and_then(|_| motion.pose_series()) {
         if series.smooth()
             && taking != Taking::InNoOrder
             && let Some(simpler) = passed_over(verdict, models)

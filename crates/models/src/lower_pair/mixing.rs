@@ -103,7 +103,7 @@ impl Mixing {
 mod tests {
     use super::*;
 
-    /// Steps that close a ninth of one gap, and overshoot another by eight tenths, end at once where they are mixed; a
+    /// Steps that close a tenth of one gap, and overshoot another by eight tenths, end at once where they are mixed; a
     /// position follows the first gap.
     #[test]
     fn what_shortens_or_reverses_steps_is_told_by_three_of_them() {

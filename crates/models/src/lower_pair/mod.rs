@@ -58,6 +58,7 @@ mod rigid;
 mod screw;
 mod spherical;
 pub mod starts;
+mod telling;
 mod universal;
 
 pub use crate::Mobility;
