@@ -9,11 +9,11 @@ use std::sync::OnceLock;
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
 use crate::line::{Line, is_line};
-use crate::noise::{Deformation, Residuals, Spread, Trust, believed_drift, lag_one};
-use crate::poses::{Shape, chained, chained_from_the_best, first, rebase_to, settle, spread};
+use crate::noise::{Deformation, Noisy, Spread, Trust, believed_drift, lag_one};
+use crate::poses::{Shape, chained, chained_from_the_best, rebase_to, settle, spread};
 use crate::relative_motion::Path;
 use crate::robust::{Registered, register_robustly};
-use crate::settled::{Settled, settled};
+use crate::settled::{self, Settled, settled};
 use crate::start::first_pose;
 use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
@@ -52,7 +52,8 @@ pub struct BodyMotion<'r> {
     outlier: Option<Outlier>,
     registered: Option<Registered>,
     spread: Spread,
-    drift: f64,
+    /// Found when somebody asks, where poses do not depend on it.
+    drift: OnceLock<f64>,
     line: Option<Line>,
     /// Of a body given as poses: without jumps.
     tracked: Option<Mended>,
@@ -91,7 +92,7 @@ impl Outlier {
         let noise = settled.noisy.typical?;
         let least = (WILD * noise).max(ROUNDING * spread(&settled.shape).trace().sqrt());
         let (frame, feature, distance) = settled.worst_beyond(tracks, least)?;
-        (distance > least).then_some(Self { frame, feature, distance, noise })
+        Some(Self { frame, feature, distance, noise })
     }
 }
 
@@ -125,16 +126,20 @@ impl<'r> BodyMotion<'r> {
             return Self::of(body, settings);
         }
         let registered = Registered::plain(tracks, poses.poses().to_vec());
-        Self::of_points_registered(body.name(), tracks, Ok(registered), settings)
+        Self::of_points_registered(body.name(), tracks, Ok((registered, None)), settings)
     }
 
     fn of_points(name: &'r str, tracks: &'r Tracks, settings: &MotionSettings) -> Self {
+        let alone = |poses| (Registered::plain(tracks, poses), None);
         let registered = match settings.registration {
-            Registration::Shape if settings.robust => register_robustly(tracks),
-            Registration::Shape => chained_from_the_best(tracks)
-                .map(|poses| Registered::plain(tracks, settle(tracks, poses, SHAPE_ROUNDS).0)),
-            Registration::Chained => chained(tracks).map(|poses| Registered::plain(tracks, poses)),
-            Registration::First => first(tracks).map(|poses| Registered::plain(tracks, poses)),
+            Registration::Shape if settings.robust => register_robustly(tracks).map(|registered| (registered, None)),
+            Registration::Shape => {
+                chained_from_the_best(tracks).map(|poses| alone(settle(tracks, poses, SHAPE_ROUNDS).0))
+            }
+            Registration::Chained => chained(tracks).map(alone),
+            Registration::First => {
+                settled::first(tracks).map(|(poses, settled)| (Registered::plain(tracks, poses), Some(settled)))
+            }
         };
         Self::of_points_registered(name, tracks, registered, settings)
     }
@@ -142,12 +147,15 @@ impl<'r> BodyMotion<'r> {
     fn of_points_registered(
         name: &'r str,
         tracks: &'r Tracks,
-        registered: Result<Registered, RegistrationError>,
+        registered: Result<(Registered, Option<Settled>), RegistrationError>,
         settings: &MotionSettings,
     ) -> Self {
         let mut motion = Self::unseen(name, Cow::Borrowed(tracks), settings);
         match registered {
-            Ok(registered) => motion.take(registered, tracks, settings),
+            Ok((registered, _)) if settings.robust && settings.registration == Registration::Shape => {
+                motion.take_robust(registered, tracks, settings);
+            }
+            Ok((registered, settled)) => motion.take(registered, settled, tracks, settings),
             Err(reason) => motion.unposed = Some(reason.to_string()),
         }
         if motion.unposed.is_some() {
@@ -188,7 +196,7 @@ impl<'r> BodyMotion<'r> {
             outlier: None,
             registered: None,
             spread: Spread { across: 0.0, along: 0.0 },
-            drift: 0.0,
+            drift: OnceLock::new(),
             line: None,
             tracked: None,
             pose_radius: settings.pose_radius,
@@ -200,13 +208,16 @@ impl<'r> BodyMotion<'r> {
         }
     }
 
-    /// Takes over poses, noise and shape of a registration.
-    fn take(&mut self, mut registered: Registered, tracks: &Tracks, settings: &MotionSettings) {
-        if settings.robust && settings.registration == Registration::Shape {
-            return self.take_robust(registered, tracks, settings);
-        }
-        // Thesis registrations fit no shape: theirs is settled on the side, to measure noise.
-        let settled = settled(tracks, registered.poses.clone());
+    /// Takes over poses of a registration, and noise and shape, which thesis registrations do not fit: these are settled
+    /// on the side.
+    fn take(
+        &mut self,
+        mut registered: Registered,
+        settled_beside: Option<Settled>,
+        tracks: &Tracks,
+        settings: &MotionSettings,
+    ) {
+        let settled = settled_beside.unwrap_or_else(|| settled(tracks, &registered.poses));
         let sigma = match settings.noise {
             NoiseSetting::Known(sigma) => Some(sigma),
             NoiseSetting::Estimate => settled.noisy.sigma,
@@ -214,17 +225,16 @@ impl<'r> BodyMotion<'r> {
         self.spread = Spread { across: sigma.unwrap_or(0.0), along: sigma.unwrap_or(0.0) };
         self.noise.position = settled.noisy.sigma;
         self.outlier = Outlier::found(&settled, tracks);
-        self.drift = settled.drift;
         self.unposed = vague_turn(&settled.shape, settled.noisy.typical);
         registered.shape = settled.shape;
         self.poses = std::mem::take(&mut registered.poses);
         self.registered = Some(registered);
     }
 
-    /// The same of a registration to the body's shape that left out what is wild.
+    /// Takes over poses, noise and shape of a registration to the body's shape that left out what is wild.
     fn take_robust(&mut self, mut registered: Registered, tracks: &Tracks, settings: &MotionSettings) {
         let counts = |t, f| registered.uses(t, f);
-        let found = Residuals::of(tracks, &registered.poses, &registered.shape, counts).noisy;
+        let found = Noisy::of_residuals(tracks, &registered.poses, &registered.shape, counts);
         let estimate = settings.noise == NoiseSetting::Estimate;
         let sigma = match settings.noise {
             NoiseSetting::Known(sigma) => Some(sigma),
@@ -236,9 +246,10 @@ impl<'r> BodyMotion<'r> {
             _ => equal,
         };
         self.noise.position = if self.spread == equal { found.sigma } else { Some(self.spread.mean()) };
-        self.drift = lag_one(tracks, &registered.poses, &registered.shape, |t, f| registered.uses(t, f));
-        if estimate && believed_drift(self.drift, tracks.frames()) > 0.0 {
-            let factor = noise::hidden_by_drift(self.drift, tracks, registered.used.as_deref().unwrap_or_default());
+        let drift = lag_one(tracks, &registered.poses, &registered.shape, |t, f| registered.uses(t, f));
+        self.drift = OnceLock::from(drift);
+        if estimate && believed_drift(drift, tracks.frames()) > 0.0 {
+            let factor = noise::hidden_by_drift(drift, tracks, registered.used.as_deref().unwrap_or_default());
             self.spread = Spread { across: factor * self.spread.across, along: factor * self.spread.along };
             self.noise.position = self.noise.position.map(|sigma| factor * sigma);
         }
@@ -255,7 +266,7 @@ impl<'r> BodyMotion<'r> {
         if self.spread.mean() < QUIET * self.size() {
             return;
         }
-        let (centre, drift) = (self.centre(), believed_drift(self.drift, self.poses.len()));
+        let (centre, drift) = (self.centre(), believed_drift(self.drift(), self.poses.len()));
         let covariances = self.pose_covariances().to_vec();
         let Some(first) = first_pose(&self.poses, &covariances, &centre, (1.0 + drift) / (1.0 - drift)) else { return };
         if let Some(registered) = &mut self.registered {
@@ -324,7 +335,8 @@ impl<'r> BodyMotion<'r> {
 
     /// Correlation of the samples' errors with those of the frame before, from -1 to 1; 0 where nothing tells.
     pub fn drift(&self) -> f64 {
-        self.drift
+        let found = |registered: &Registered| settled::drift(&self.tracks, &registered.shape);
+        *self.drift.get_or_init(|| self.registered.as_ref().map_or(0.0, found))
     }
 
     /// How far its features slowly depart from a rigid body's; `None` where poses are given or nothing tells.

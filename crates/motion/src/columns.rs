@@ -134,10 +134,15 @@ impl<'a> Columns<'a> {
 
     /// Looks at the rows of all features, one after another.
     pub fn for_each(&self, mut look: impl FnMut(usize, Rows<'_>)) {
+        self.for_some(|first, rows| (first..).zip(rows).for_each(|(feature, rows)| look(feature, *rows)));
+    }
+
+    /// Looks at the rows of all features, some features at a time: given the first of them and the rows of each.
+    pub fn for_some(&self, mut look: impl FnMut(usize, &[Rows<'_>])) {
         let (features, placed) = (self.features(), self.placed);
         if let Some(numbers) = &placed.numbers {
-            (0..features).for_each(|feature| look(feature, placed.rows(numbers, feature, self.frames())));
-            return;
+            let rows = (0..features).map(|feature| placed.rows(numbers, feature, self.frames()));
+            return look(0, &rows.collect::<Vec<_>>());
         }
         let row = placed.weights.len();
         // Whole registers of every frame, if as many fit.
@@ -145,9 +150,10 @@ impl<'a> Columns<'a> {
         let together = (if fit < BLOCK { fit } else { fit / BLOCK * BLOCK }).clamp(1, features);
         let mut numbers = vec![0.0; 3 * together * row];
         for first in (0..features).step_by(together) {
-            let block = first..(first + together).min(features);
-            placed.place(self.tracks, self.frames, block.clone(), &mut numbers);
-            block.for_each(|feature| look(feature, placed.rows(&numbers, feature - first, self.frames())));
+            let count = together.min(features - first);
+            placed.place(self.tracks, self.frames, first..first + count, &mut numbers);
+            let rows = (0..count).map(|feature| placed.rows(&numbers, feature, self.frames()));
+            look(first, &rows.collect::<Vec<_>>());
         }
     }
 

@@ -55,7 +55,7 @@ impl<'p, I: Iterator<Item = (usize, &'p Pose)>> WithSimd for Places<'_, I> {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { tracks, poses, weights } = self;
         let features = tracks.features();
-        let length = padded::<S>(features);
+        let length = padded(features);
         let mut sums = [0, 1, 2].map(|_| vec![0.0; length]);
         let mut row = vec![0.0; length];
         let (mut whole_frames, mut counts) = (0.0, vec![0.0; features]);
@@ -107,9 +107,9 @@ impl<'p, I: Iterator<Item = (usize, &'p Pose)>, F: FnMut(usize, &[Vector3<f64>])
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { tracks, poses, shape, mut look } = self;
         let features = tracks.features();
-        let length = padded::<S>(features);
+        let length = padded(features);
         let known = |place: &Option<Point3<f64>>| place.map_or_else(Vector3::zeros, |place| place.coords);
-        let places = expanded::<S>(&shape.iter().map(known).collect::<Vec<_>>());
+        let places = expanded(&shape.iter().map(known).collect::<Vec<_>>());
         let places = [0, 1, 2].map(|axis| S::as_simd_f64s(&places[axis]).0);
         let mut residuals = vec![0.0; length];
         for (number, pose) in poses {
@@ -139,52 +139,79 @@ impl WithSimd for Way<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { tracks, frames } = self;
-        let mut sum = [0.0; WIDEST];
+        let mut sum = simd.splat_f64s(0.0);
+        let [is_0, is_1] = first_holds(simd);
+        // The lane before which a register ends, where numbers of the next one follow.
+        let ends = [1, 2].map(|by| last_lanes(simd, by));
         for step in frames.windows(2) {
-            let from: &[f64] = cast_slice(tracks.frame(step[0]));
-            let to: &[f64] = cast_slice(tracks.frame(step[1]));
-            let (from, rest_from) = from.as_chunks::<{ 3 * WIDEST }>();
-            let (to, rest_to) = to.as_chunks::<{ 3 * WIDEST }>();
-            for (from, to) in from.iter().zip(to) {
-                let mut squares = [0.0; 3 * WIDEST];
-                let out = S::as_mut_simd_f64s(&mut squares).0;
-                let (from, to) = (S::as_simd_f64s(from).0, S::as_simd_f64s(to).0);
-                for k in 0..out.len() {
-                    let d = simd.sub_f64s(to[k], from[k]);
-                    out[k] = simd.mul_f64s(d, d);
+            let (from, rest_from) = S::as_simd_f64s(cast_slice(tracks.frame(step[0])));
+            let (to, rest_to) = S::as_simd_f64s(cast_slice(tracks.frame(step[1])));
+            for triple in (0..(3 * tracks.features()).div_ceil(S::F64_LANES)).step_by(3) {
+                let mut squares = [simd.splat_f64s(0.0); 5];
+                for k in 0..3 {
+                    let (a, b) = (numbers(simd, from, rest_from, triple + k), numbers(simd, to, rest_to, triple + k));
+                    let d = simd.sub_f64s(b, a);
+                    squares[k] = simd.mul_f64s(d, d);
                 }
-                let mut of_points = [0.0; WIDEST];
-                for point in 0..WIDEST {
-                    of_points[point] = squares[3 * point] + squares[3 * point + 1] + squares[3 * point + 2];
+                // Of the lanes that hold an x, every one adds the two numbers that follow.
+                let mut of_points = [squares[0]; 3];
+                for k in 0..3 {
+                    let next = shifted(simd, squares[k], squares[k + 1], 1, ends[0]);
+                    let last = if S::F64_LANES == 1 {
+                        squares[k + 2]
+                    } else {
+                        shifted(simd, squares[k], squares[k + 1], 2, ends[1])
+                    };
+                    of_points[k] = simd.add_f64s(simd.add_f64s(squares[k], next), last);
                 }
-                let of_points = S::as_simd_f64s(&of_points).0;
-                let sum = S::as_mut_simd_f64s(&mut sum).0;
-                for k in 0..sum.len() {
-                    sum[k] = simd.add_f64s(sum[k], simd.sqrt_f64s(of_points[k]));
-                }
-            }
-            for (point, (from, to)) in rest_from.chunks_exact(3).zip(rest_to.chunks_exact(3)).enumerate() {
-                let square: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
-                sum[point] += square.sqrt();
+                // The three registers hold them in different lanes.
+                let [a, b, c] = of_points;
+                let (second, third) = if S::F64_LANES % 3 == 1 { (c, b) } else { (b, c) };
+                let of_points = simd.select_f64s(is_0, a, simd.select_f64s(is_1, second, third));
+                sum = simd.add_f64s(sum, simd.sqrt_f64s(of_points));
             }
         }
-        sum.iter().sum()
+        simd.reduce_sum_f64s(sum)
     }
+}
+
+/// A register of a frame's numbers; beyond the frame it is 0.
+#[inline(always)]
+fn numbers<S: Simd>(simd: S, full: &[S::f64s], rest: &[f64], at: usize) -> S::f64s {
+    match at.cmp(&full.len()) {
+        std::cmp::Ordering::Less => full[at],
+        std::cmp::Ordering::Equal => simd.partial_load_f64s(rest),
+        std::cmp::Ordering::Greater => simd.splat_f64s(0.0),
+    }
+}
+
+/// The lanes from `by` before the last on.
+#[inline(always)]
+fn last_lanes<S: Simd>(simd: S, by: usize) -> S::m64s {
+    const NUMBERS: [f64; WIDEST] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+    let lane = simd.partial_load_f64s(&NUMBERS[..S::F64_LANES.min(WIDEST)]);
+    simd.greater_than_or_equal_f64s(lane, simd.splat_f64s((S::F64_LANES.saturating_sub(by)) as f64))
+}
+
+/// Every lane's number `by` lanes on, over the end of a register into the next one.
+#[inline(always)]
+fn shifted<S: Simd>(simd: S, here: S::f64s, next: S::f64s, by: usize, ends: S::m64s) -> S::f64s {
+    simd.select_f64s(ends, simd.rotate_left_f64s(next, by), simd.rotate_left_f64s(here, by))
 }
 
 /// For each axis, that coordinate of every place three times over, so that it meets each of the place's three coordinates in
 /// a frame; with zeros to whole triples of registers.
-pub(crate) fn expanded<S: Simd>(places: &[Vector3<f64>]) -> [Vec<f64>; 3] {
+pub(crate) fn expanded(places: &[Vector3<f64>]) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|axis| {
         let mut row: Vec<f64> = places.iter().flat_map(|place| [place[axis]; 3]).collect();
-        row.resize(padded::<S>(places.len()), 0.0);
+        row.resize(padded(places.len()), 0.0);
         row
     })
 }
 
-/// Numbers of a row that fills whole triples of registers.
-pub(crate) fn padded<S: Simd>(features: usize) -> usize {
-    (3 * features).next_multiple_of(3 * S::F64_LANES)
+/// Numbers of a row that fills whole triples of the widest registers, and of narrower ones.
+pub(crate) fn padded(features: usize) -> usize {
+    (3 * features).next_multiple_of(3 * WIDEST)
 }
 
 /// Which lanes of a triple's first register hold the coordinate 0, and which 1.
@@ -210,6 +237,7 @@ fn by_coordinate<S: Simd>(simd: S, numbers: [f64; 3]) -> [S::f64s; 3] {
 }
 
 /// A frame's numbers, and its pose in the order in which registers meet them.
+#[derive(Clone, Copy)]
 pub(crate) struct Frame<'a, S: Simd> {
     full: &'a [S::f64s],
     rest: &'a [f64],
@@ -237,12 +265,7 @@ impl<'a, S: Simd> Frame<'a, S> {
     /// A register of positions less the pose's translation, `k` being its place in its triple; beyond the frame it means nothing.
     #[inline(always)]
     pub(crate) fn about_the_body(&self, simd: S, at: usize, k: usize) -> S::f64s {
-        let position = match at.cmp(&self.full.len()) {
-            std::cmp::Ordering::Less => self.full[at],
-            std::cmp::Ordering::Equal => simd.partial_load_f64s(self.rest),
-            std::cmp::Ordering::Greater => simd.splat_f64s(0.0),
-        };
-        simd.sub_f64s(position, self.shift[k])
+        simd.sub_f64s(numbers(simd, self.full, self.rest, at), self.shift[k])
     }
 }
 
@@ -261,6 +284,25 @@ mod tests {
 
     fn point(seed: usize) -> Point3<f64> {
         Point3::new(wild(3 * seed), wild(3 * seed + 1), wild(3 * seed + 2))
+    }
+
+    #[test]
+    fn ways_are_sums_of_distances_in_any_register() {
+        for features in [1, 2, 3, 8, 13, 40] {
+            let positions = (0..5 * features).map(point).collect();
+            let tracks = Tracks::new(features, positions).expect("whole frames");
+            let frames = [0, 1, 3, 4];
+            let step = |step: &[usize]| {
+                (0..features)
+                    .map(|f| nalgebra::distance(&tracks.frame(step[0])[f], &tracks.frame(step[1])[f]))
+                    .sum::<f64>()
+            };
+            let expected: f64 = frames.windows(2).map(step).sum();
+            let scalar = Way { tracks: &tracks, frames: &frames }.with_simd(pulp::Scalar);
+            for found in [way(&tracks, &frames), scalar] {
+                assert!((found - expected).abs() < EXACT * expected, "{features} features: {found}, not {expected}");
+            }
+        }
     }
 
     #[test]

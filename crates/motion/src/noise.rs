@@ -74,44 +74,27 @@ impl Noisy {
             telling.map(|frame| (frame.squares / (3 * frame.samples - 6) as f64).sqrt()).collect();
         Self { sigma, typical: median(&mut of_frames).or(sigma) }
     }
-}
 
-/// What the residuals of a registration to a shape tell.
-pub(crate) struct Residuals {
-    pub(crate) noisy: Noisy,
-    /// The sample farthest from where the body's shape puts it: frame, feature, distance in metres.
-    pub(crate) worst: Option<(usize, usize, f64)>,
-}
-
-impl Residuals {
-    /// Residuals of the samples for which `counts(frame, feature)` holds.
-    pub(crate) fn of(
+    /// By the residuals of the samples for which `counts(frame, feature)` holds.
+    pub(crate) fn of_residuals(
         tracks: &Tracks,
         poses: &[Option<Pose>],
         shape: &[Option<Point3<f64>>],
         counts: impl Fn(usize, usize) -> bool,
     ) -> Self {
-        let mut used = vec![false; shape.len()];
-        let (mut frames, mut worst) = (Vec::new(), None);
+        let (mut used, mut frames) = (vec![false; shape.len()], Vec::new());
         for_residuals(tracks, fresh(tracks, poses), shape, |frame, residuals| {
             let mut here = OfFrame { samples: 0, squares: 0.0 };
             for (feature, residual) in residuals.iter().enumerate() {
-                if shape[feature].is_none() || !tracks.is_visible(frame, feature) || !counts(frame, feature) {
-                    continue;
-                }
-                let square = residual.norm_squared();
-                used[feature] = true;
-                here.samples += 1;
-                here.squares += square;
-                if worst.is_none_or(|(_, _, most)| square > most) {
-                    worst = Some((frame, feature, square));
+                if shape[feature].is_some() && tracks.is_visible(frame, feature) && counts(frame, feature) {
+                    used[feature] = true;
+                    here.samples += 1;
+                    here.squares += residual.norm_squared();
                 }
             }
             frames.push(here);
         });
-        let noisy = Noisy::of(&frames, 0.0, used.iter().filter(|used| **used).count(), tracks);
-        let worst = worst.map(|(frame, feature, square)| (frame, feature, square.sqrt()));
-        Self { noisy, worst }
+        Self::of(&frames, 0.0, used.iter().filter(|used| **used).count(), tracks)
     }
 }
 

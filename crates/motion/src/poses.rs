@@ -22,7 +22,7 @@ pub(crate) fn pose_of(tracks: &Tracks, frame: usize, shape: &Shape) -> Result<Po
 }
 
 /// The first of `frames` that can be posed, and its features' positions, which define the body's coordinates.
-fn start(tracks: &Tracks, frames: impl Iterator<Item = usize>) -> Result<(usize, Shape), RegistrationError> {
+pub(crate) fn start(tracks: &Tracks, frames: impl Iterator<Item = usize>) -> Result<(usize, Shape), RegistrationError> {
     let mut refusal = RegistrationError::TooFewPoints { found: 0 };
     for frame in frames {
         let shape: Shape = (0..tracks.features()).map(|feature| tracks.get(frame, feature).copied()).collect();
@@ -72,15 +72,6 @@ pub(crate) fn follow(tracks: &Tracks, frame: usize, latest: &mut Shape) -> Optio
         latest[feature] = Some(pose.inverse_transform_point(position));
     }
     Some(pose)
-}
-
-/// Every frame to the first one, by the features that the first one shows.
-pub(crate) fn first(tracks: &Tracks) -> Result<Vec<Option<Pose>>, RegistrationError> {
-    let (start, shape) = start(tracks, 0..tracks.frames())?;
-    let mut poses = vec![None; tracks.frames()];
-    register_frames(&shape, tracks, &mut poses);
-    poses[start] = Some(Pose::identity());
-    Ok(poses)
 }
 
 /// Alternates between the mean shape and the poses that fit it (generalised Procrustes analysis), until the shape

@@ -58,16 +58,41 @@ pub(crate) fn register_frames_weighted(
     weights: Option<&[f64]>,
     poses: &mut [Option<Pose>],
 ) {
-    assert_eq!(shape.len(), tracks.features(), "one place per feature");
-    assert_eq!(poses.len(), tracks.frames(), "one pose per frame");
-    Arch::new().dispatch(Frames { shape, tracks, weights, poses });
+    register_and_look(shape, tracks, weights, poses, &mut Nobody);
 }
 
-struct Frames<'a> {
+/// As [`register_frames`], with somebody who looks at frames as soon as they are posed, while caches hold them.
+pub(crate) fn register_and_look(
+    shape: &[Option<Point3<f64>>],
+    tracks: &Tracks,
+    weights: Option<&[f64]>,
+    poses: &mut [Option<Pose>],
+    look: &mut impl Look,
+) {
+    assert_eq!(shape.len(), tracks.features(), "one place per feature");
+    assert_eq!(poses.len(), tracks.frames(), "one pose per frame");
+    Arch::new().dispatch(Frames { shape, tracks, weights, poses, look });
+}
+
+/// What looks at frames that were just posed.
+pub(crate) trait Look {
+    /// Looks at up to eight frames from `first` on. Must be inlined, for the instruction set.
+    fn look<S: Simd>(&mut self, simd: S, first: usize, poses: &[Option<Pose>]);
+}
+
+struct Nobody;
+
+impl Look for Nobody {
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, _: S, _: usize, _: &[Option<Pose>]) {}
+}
+
+struct Frames<'a, L> {
     shape: &'a [Option<Point3<f64>>],
     tracks: &'a Tracks,
     weights: Option<&'a [f64]>,
     poses: &'a mut [Option<Pose>],
+    look: &'a mut L,
 }
 
 /// Sums over a frame's samples of weight `w`, places `p` about the shape's centre, and positions `q`; frames in lanes.
@@ -91,13 +116,13 @@ struct Rotations {
     gap: [[f64; BLOCK]; 1],
 }
 
-impl WithSimd for Frames<'_> {
+impl<L: Look> WithSimd for Frames<'_, L> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { shape, tracks, weights, poses } = self;
-        let places = Places::of::<S>(shape);
+        let Self { shape, tracks, weights, poses, look } = self;
+        let places = Places::of(shape);
         let mut row = vec![0.0; places.expanded[0].len()];
         for (number, poses) in poses.chunks_mut(BLOCK).enumerate() {
             let none = [0.0; BLOCK];
@@ -117,6 +142,7 @@ impl WithSimd for Frames<'_> {
                     register_weighted(seen.filter_map(|(f, target)| Some((shape[f].as_ref()?, target, weight(f))))).ok()
                 });
             }
+            look.look(simd, number * BLOCK, poses);
         }
     }
 }
@@ -138,13 +164,13 @@ struct Places {
 }
 
 impl Places {
-    fn of<S: Simd>(shape: &[Option<Point3<f64>>]) -> Self {
+    fn of(shape: &[Option<Point3<f64>>]) -> Self {
         let known: Vec<bool> = shape.iter().map(Option::is_some).collect();
         let count = known.iter().filter(|known| **known).count();
         let centre = shape.iter().flatten().map(|p| p.coords).sum::<Vector3<f64>>() / count.max(1) as f64;
         let about_centre: Vec<_> =
             shape.iter().map(|place| place.map_or_else(Vector3::zeros, |place| place.coords - centre)).collect();
-        let expanded = expanded::<S>(&about_centre);
+        let expanded = expanded(&about_centre);
         Self {
             centre,
             sum: about_centre.iter().sum(),

@@ -4,189 +4,267 @@
 #![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
 use nalgebra::{Point3, Vector3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Simd;
 
 use crate::flat_rows::{Frame, expanded, padded};
-use crate::noise::{Noisy, OfFrame, Residuals};
-use crate::poses::{SHAPE_CONVERGED, Shape, change, mean_shape, posed, rebase, spread};
-use crate::{Pose, Tracks, register_frames};
+use crate::noise::{Noisy, OfFrame, lag_one};
+use crate::poses::{Shape, change, mean_shape, pose_of, rebase, spread, start};
+use crate::registration_in_lanes::{Look, register_and_look};
+use crate::rotation_in_lanes::BLOCK;
+use crate::{Pose, RegistrationError, Tracks, evenly, register_frames};
 
-/// Most rounds that bring the shape close enough to measure noise, and the change of the shape, as a share of that noise,
-/// from which on another round would not change the noise in its sixth digit.
+/// Most rounds that bring the shape close enough to measure noise.
 const ROUNDS: usize = 3;
-const CLOSE: f64 = 1e-3;
+/// Share by which another round would change the squares of the residuals, from which on none is needed.
+const CLOSE: f64 = 1e-6;
+/// Frames, evenly over time, whose mean is what residuals are measured from at first.
+const GLANCE: usize = 32;
 
 /// What is found beside thesis registrations.
 pub(crate) struct Settled {
     /// In coordinates that are the recording's in the first posed frame.
     pub(crate) shape: Shape,
     pub(crate) noisy: Noisy,
-    /// Correlation of the residuals with those of the frame before.
-    pub(crate) drift: f64,
-    /// No coordinate of a residual is larger, metres.
-    largest: f64,
-    poses: Vec<Option<Pose>>,
+    /// Of every frame, what no coordinate of a residual exceeds, metres.
+    largest: Vec<(usize, f64)>,
 }
 
-/// Alternates between shape and poses, beginning with poses, until noise is told.
+/// Registers every frame to the first one, by the features that the first one shows, and settles the shape.
 ///
-/// A round reads the positions twice: once to register all frames to the shape, once for the mean shape of these poses
-/// together with the residuals.
-pub(crate) fn settled(tracks: &Tracks, mut poses: Vec<Option<Pose>>) -> Settled {
-    let mut shape = mean_shape(tracks, &poses);
+/// # Errors
+/// [`RegistrationError`] if no frame can be posed.
+pub(crate) fn first(tracks: &Tracks) -> Result<(Vec<Option<Pose>>, Settled), RegistrationError> {
+    let (start, shape) = start(tracks, 0..tracks.frames())?;
+    let mut poses = vec![None; tracks.frames()];
+    let places = at_a_glance(tracks, &shape);
+    let seen = Seen::in_frames(tracks, &shape, &places, &mut poses);
+    let settled = further(tracks, places, &poses, seen);
+    poses[start] = Some(Pose::identity());
+    Ok((poses, settled))
+}
+
+/// Settles the shape of a body that was registered in another way.
+pub(crate) fn settled(tracks: &Tracks, registered: &[Option<Pose>]) -> Settled {
+    let start = registered.iter().position(Option::is_some).unwrap_or(0);
+    // A frame that shows everything is as good a beginning as the mean, which takes a look at all frames.
+    let shape: Shape = (0..tracks.features()).map(|feature| tracks.get(start, feature).copied()).collect();
+    let shape =
+        if shape.iter().all(Option::is_some) { at_a_glance(tracks, &shape) } else { mean_shape(tracks, registered) };
+    let mut poses = vec![None; tracks.frames()];
+    let seen = Seen::in_frames(tracks, &shape, &shape, &mut poses);
+    further(tracks, shape, &poses, seen)
+}
+
+/// The mean of some frames after these are registered to a shape.
+fn at_a_glance(tracks: &Tracks, shape: &Shape) -> Shape {
+    let missing = Point3::from([f64::NAN; 3]);
+    let sample = |frame, feature| tracks.get(frame, feature).copied().unwrap_or(missing);
+    let frames = evenly(tracks.frames(), GLANCE).into_iter();
+    let positions = frames.flat_map(|frame| (0..tracks.features()).map(move |feature| sample(frame, feature)));
+    let some = Tracks::new(tracks.features(), positions.collect()).expect("whole frames");
+    let mean = mean_shape(&some, &poses_to(&some, shape));
+    // What these frames do not show is where the shape has it, if it does.
+    mean.into_iter().zip(shape).map(|(mean, place)| mean.or(*place)).collect()
+}
+
+/// Alternates between poses and shape, beginning with frames whose residuals from some places were seen when they were
+/// registered, until noise is told.
+///
+/// A frame is registered, and looked at for the mean shape and its residuals, in one visit. What is wrong with the shape
+/// moves all poses alike, which nobody sees; beyond that it changes squares of residuals by the share
+/// `(error / size)² / (3 features - 6)` only.
+fn further<'t>(tracks: &'t Tracks, mut places: Shape, poses: &[Option<Pose>], mut seen: Seen<'t>) -> Settled {
+    let mut start = poses.iter().flatten().next().copied();
     let mut round = 1;
     loop {
-        register_frames(&shape, tracks, &mut poses);
-        let Looked { counts, sums, frames, lag: [product, squares], largest } =
-            Arch::new().dispatch(Look { tracks, poses: &poses, shape: &shape });
+        let Seen { counts, sums, frames, mut largest, .. } = seen;
         let mean = |(count, sum): (&f64, &Vector3<f64>)| (*count > 0.0).then(|| Point3::from(sum / *count));
-        let next: Shape = counts.iter().zip(&sums).map(mean).collect();
+        let mut shape: Shape = counts.iter().zip(&sums).map(mean).collect();
         // Squares about the mean are less than about another place.
-        let moved = counts.iter().zip(shape.iter().zip(&next));
-        let less = moved
-            .filter_map(|(count, (before, after))| Some(count * (before.as_ref()? - after.as_ref()?).norm_squared()));
-        let noisy = Noisy::of(&frames, less.sum(), counts.iter().filter(|count| **count > 0.0).count(), tracks);
-        let close = f64::max(CLOSE * noisy.typical.unwrap_or(0.0), SHAPE_CONVERGED * spread(&next).trace().sqrt());
-        let rests = change(&shape, &next) <= close;
-        shape = next;
+        let moved = counts.iter().zip(places.iter().zip(&shape));
+        let less: f64 = moved
+            .filter_map(|(count, (before, after))| Some(count * (before.as_ref()? - after.as_ref()?).norm_squared()))
+            .sum();
+        let features = counts.iter().filter(|count| **count > 0.0).count();
+        let noisy = Noisy::of(&frames, less, features, tracks);
+        let error = change(&places, &shape);
+        // The shape that frames were registered to may be a single frame.
+        let error_of_shape = error.max(noisy.typical.unwrap_or(0.0));
+        let freedom = (3.0 * features as f64 - 6.0).max(1.0);
+        let rests = error_of_shape.powi(2) * features as f64 <= CLOSE * freedom * spread(&shape).trace();
         if rests || round == ROUNDS {
-            rebase(&mut poses, &mut shape);
-            let drift = if squares > 0.0 { 2.0 * product / squares } else { 0.0 };
-            return Settled { shape, noisy, drift, largest, poses };
+            largest.iter_mut().for_each(|(_, largest)| *largest += error);
+            rebase(&mut [start], &mut shape);
+            return Settled { shape, noisy, largest };
         }
+        let mut poses = vec![None; tracks.frames()];
+        seen = Seen::in_frames(tracks, &shape, &shape, &mut poses);
+        start = poses.into_iter().flatten().next();
+        places = shape;
         round += 1;
     }
 }
 
 impl Settled {
-    /// The sample farthest from where the shape puts it, if it may be farther than so many metres.
+    /// The sample farthest from where the shape puts it, if it is farther than so many metres: its frame, its feature, and
+    /// how far it is, metres.
     pub(crate) fn worst_beyond(&self, tracks: &Tracks, distance: f64) -> Option<(usize, usize, f64)> {
-        let may_be = 3.0 * self.largest.powi(2) > distance.powi(2);
-        may_be.then(|| Residuals::of(tracks, &self.poses, &self.shape, |_, _| true).worst)?
+        let may_be = |(frame, largest): &(usize, f64)| (3.0 * largest.powi(2) > distance.powi(2)).then_some(*frame);
+        let residuals = |frame| {
+            let pose = pose_of(tracks, frame, &self.shape).ok()?;
+            let off = |(feature, place): (usize, &Point3<f64>)| {
+                Some((frame, feature, nalgebra::distance(place, &(pose * self.shape[feature]?))))
+            };
+            tracks.seen(frame).filter_map(off).max_by(|a, b| a.2.total_cmp(&b.2))
+        };
+        let worst = self.largest.iter().filter_map(may_be).filter_map(residuals).max_by(|a, b| a.2.total_cmp(&b.2));
+        worst.filter(|(_, _, found)| *found > distance)
     }
 }
 
-struct Look<'a> {
-    tracks: &'a Tracks,
-    poses: &'a [Option<Pose>],
-    shape: &'a Shape,
+/// Correlation of the residuals from a shape with those of the frame before.
+pub(crate) fn drift(tracks: &Tracks, shape: &Shape) -> f64 {
+    lag_one(tracks, &poses_to(tracks, shape), shape, |_, _| true)
 }
 
-/// Exact repetitions of a frame count once.
-struct Looked {
+fn poses_to(tracks: &Tracks, shape: &Shape) -> Vec<Option<Pose>> {
+    let mut poses = vec![None; tracks.frames()];
+    register_frames(shape, tracks, &mut poses);
+    poses
+}
+
+/// What posed frames show beside a shape. Exact repetitions of a frame count once.
+struct Seen<'a> {
+    tracks: &'a Tracks,
+    complete: bool,
+    /// Where residuals are measured from, and 1 where a feature has a place, as a frame's row meets them. A feature without one gets it by the mean
+    /// of its samples, and has no residuals yet; nor has what rows are filled up with.
+    places: [Vec<f64>; 3],
+    known: Vec<f64>,
+    is_known: Vec<bool>,
+    /// 1 for every coordinate that is seen in a frame.
+    masks: Vec<f64>,
+    whole_frames: f64,
+    rows: [Vec<f64>; 3],
+
     /// Of every feature, how many samples it has, and the sum of its places in the body's coordinates.
     counts: Vec<f64>,
     sums: Vec<Vector3<f64>>,
     frames: Vec<OfFrame>,
-    /// Sums over successive frames of the products of their residuals, and of their squares.
-    lag: [f64; 2],
-    largest: f64,
+    /// Of every one of these frames, the largest coordinate of a residual, metres.
+    largest: Vec<(usize, f64)>,
 }
 
-impl WithSimd for Look<'_> {
-    type Output = Looked;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Looked {
-        let Self { tracks, poses, shape } = self;
+impl<'a> Seen<'a> {
+    /// Registers all frames to a shape, and looks at their residuals from some places.
+    fn in_frames(tracks: &'a Tracks, shape: &Shape, places: &Shape, poses: &mut [Option<Pose>]) -> Self {
         let features = tracks.features();
-        let length = padded::<S>(features);
-        let complete = shape.iter().all(Option::is_some);
         let place = |place: &Option<Point3<f64>>| place.map_or_else(Vector3::zeros, |place| place.coords);
-        let places = expanded::<S>(&shape.iter().map(place).collect::<Vec<_>>());
-        let places = [0, 1, 2].map(|axis| S::as_simd_f64s(&places[axis]).0);
-        let counts_in = |frame: usize, feature: usize| shape[feature].is_some() && tracks.is_visible(frame, feature);
-        // A feature without a place gets one by the mean of its samples, and has no residuals yet; nor has what rows are
-        // filled up with.
-        let known: Vec<f64> = shape.iter().flat_map(|place| [f64::from(u8::from(place.is_some())); 3]).collect();
-        let known = [known, vec![0.0; length - 3 * features]].concat();
-        let known = S::as_simd_f64s(&known).0;
-        let full = 3 * features / S::F64_LANES;
-        let (mut row, mut now, mut before) = (vec![0.0; length], vec![0.0; length], vec![0.0; length]);
-        let mut sums = [0, 1, 2].map(|_| vec![0.0; length]);
-        let (mut whole_frames, mut counts) = (0.0, vec![0.0; features]);
-        let mut frames = Vec::with_capacity(poses.len());
-        let zero = simd.splat_f64s(0.0);
-        let (mut products, mut largest, mut lag_squares) = (zero, zero, 0.0);
-        // The latest posed frame, whether it was whole, and its squares.
-        let mut latest: Option<(usize, bool, f64)> = None;
-        for (number, pose) in posed(poses) {
-            if let Some((last, ..)) = &mut latest
-                && *last + 1 == number
-                && tracks.repeats_previous(number)
-            {
-                *last = number;
+        let length = padded(features);
+        let mut known: Vec<f64> = places.iter().flat_map(|place| [f64::from(u8::from(place.is_some())); 3]).collect();
+        known.resize(length, 0.0);
+        let mut seen = Self {
+            tracks,
+            complete: places.iter().all(Option::is_some),
+            places: expanded(&places.iter().map(place).collect::<Vec<_>>()),
+            known,
+            is_known: places.iter().map(Option::is_some).collect(),
+            masks: vec![0.0; BLOCK * length],
+            whole_frames: 0.0,
+            rows: [0, 1, 2].map(|_| vec![0.0; length]),
+            counts: vec![0.0; features],
+            sums: Vec::new(),
+            frames: Vec::with_capacity(tracks.frames()),
+            largest: Vec::with_capacity(tracks.frames()),
+        };
+        register_and_look(shape, tracks, None, poses, &mut seen);
+        let sum = |axis: usize, feature: usize| seen.rows[axis][3 * feature..3 * feature + 3].iter().sum::<f64>();
+        seen.sums = (0..features).map(|feature| Vector3::from_fn(|axis, _| sum(axis, feature))).collect();
+        seen.counts.iter_mut().for_each(|count| *count += seen.whole_frames);
+        seen
+    }
+
+    /// Takes note of which features a frame shows, its coordinates in a mask; gives how many have residuals.
+    fn note(&mut self, frame: usize, mask: usize) -> usize {
+        let mut samples = 0;
+        for feature in 0..self.is_known.len() {
+            let weight = if self.tracks.is_visible(frame, feature) { 1.0 } else { 0.0 };
+            samples += usize::from(weight > 0.0 && self.is_known[feature]);
+            self.counts[feature] += weight;
+            let coordinate = mask * self.known.len() + 3 * feature;
+            self.masks[coordinate..coordinate + 3].fill(weight);
+        }
+        samples
+    }
+}
+
+impl Look for Seen<'_> {
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, simd: S, first: usize, poses: &[Option<Pose>]) {
+        let (tracks, features, length) = (self.tracks, self.is_known.len(), self.known.len());
+        let Some(any) = poses.iter().flatten().next() else { return };
+        let mut frames = [Frame::of(simd, tracks, first, any); BLOCK];
+        let (mut whole, mut samples, mut numbers, mut count) = ([true; BLOCK], [features; BLOCK], [0; BLOCK], 0);
+        for (number, pose) in (first..).zip(poses) {
+            let Some(pose) = pose else { continue };
+            // A repeated frame has the same pose.
+            if tracks.repeats_previous(number) {
                 continue;
             }
-            let whole = complete && tracks.seen_count(number) == features;
-            let mut samples = features;
-            if whole {
-                whole_frames += 1.0;
+            frames[count] = Frame::of(simd, tracks, number, pose);
+            numbers[count] = number;
+            whole[count] = self.complete && tracks.seen_count(number) == features;
+            if whole[count] {
+                self.whole_frames += 1.0;
             } else {
-                samples = 0;
-                for feature in 0..features {
-                    samples += usize::from(counts_in(number, feature));
-                    let weight = if tracks.is_visible(number, feature) { 1.0 } else { 0.0 };
-                    counts[feature] += weight;
-                    row[3 * feature..3 * feature + 3].fill(weight);
-                }
+                samples[count] = self.note(number, count);
             }
-            let follows = latest.is_some_and(|(last, ..)| last + 1 == number);
-            let frame = Frame::of(simd, tracks, number, pose);
-            let mask = S::as_simd_f64s(&row).0;
-            let residuals = S::as_mut_simd_f64s(&mut now).0;
-            let earlier = S::as_simd_f64s(&before).0;
-            let [x, y, z] = &mut sums;
-            let (x, y, z) = (S::as_mut_simd_f64s(x).0, S::as_mut_simd_f64s(y).0, S::as_mut_simd_f64s(z).0);
-            let (mut squares, mut product) = ([zero; 3], zero);
-            for triple in 0..residuals.len() / 3 {
-                for k in 0..3 {
-                    let at = 3 * triple + k;
-                    let mut d = frame.about_the_body(simd, at, k);
-                    let turn = frame.turn[k];
-                    let place = simd.mul_f64s(turn[0], places[0][at]);
-                    let place = simd.mul_add_e_f64s(turn[1], places[1][at], place);
-                    let mut place = simd.mul_add_e_f64s(turn[2], places[2][at], place);
-                    if !whole {
-                        (d, place) = (simd.mul_f64s(d, mask[at]), simd.mul_f64s(place, mask[at]));
-                    }
-                    let mut off = simd.sub_f64s(d, place);
-                    if !complete || at >= full {
-                        off = simd.mul_f64s(off, known[at]);
-                    }
-                    x[at] = simd.mul_add_e_f64s(turn[0], d, x[at]);
-                    y[at] = simd.mul_add_e_f64s(turn[1], d, y[at]);
-                    z[at] = simd.mul_add_e_f64s(turn[2], d, z[at]);
-                    squares[k] = simd.mul_add_e_f64s(off, off, squares[k]);
-                    product = simd.mul_add_e_f64s(off, earlier[at], product);
-                    largest = simd.max_f64s(largest, simd.abs_f64s(off));
-                    residuals[at] = off;
-                }
-            }
-            let squares = simd.add_f64s(simd.add_f64s(squares[0], squares[1]), squares[2]);
-            let squares = simd.reduce_sum_f64s(squares);
-            frames.push(OfFrame { samples, squares });
-            if follows {
-                products = simd.add_f64s(products, product);
-                lag_squares += match latest {
-                    Some((_, true, earlier)) if whole => earlier + squares,
-                    _ => (0..features)
-                        .filter(|&feature| counts_in(number - 1, feature) && counts_in(number, feature))
-                        .flat_map(|feature| 3 * feature..3 * feature + 3)
-                        .map(|at| before[at] * before[at] + now[at] * now[at])
-                        .sum(),
-                };
-            }
-            latest = Some((number, whole, squares));
-            std::mem::swap(&mut now, &mut before);
+            count += 1;
         }
-        let sum = |axis: usize, feature: usize| sums[axis][3 * feature..3 * feature + 3].iter().sum::<f64>();
-        Looked {
-            counts: counts.iter().map(|count| count + whole_frames).collect(),
-            sums: (0..features).map(|feature| Vector3::from_fn(|axis, _| sum(axis, feature))).collect(),
-            frames,
-            lag: [simd.reduce_sum_f64s(products), lag_squares],
-            largest: simd.reduce_max_f64s(largest),
+        let zero = simd.splat_f64s(0.0);
+        let (mut squares, mut largest) = ([zero; BLOCK], [zero; BLOCK]);
+        let masks = S::as_simd_f64s(&self.masks).0;
+        let row = length / S::F64_LANES;
+        let known = S::as_simd_f64s(&self.known).0;
+        let places = [
+            S::as_simd_f64s(&self.places[0]).0,
+            S::as_simd_f64s(&self.places[1]).0,
+            S::as_simd_f64s(&self.places[2]).0,
+        ];
+        let [x, y, z] = &mut self.rows;
+        let (x, y, z) = (S::as_mut_simd_f64s(x).0, S::as_mut_simd_f64s(y).0, S::as_mut_simd_f64s(z).0);
+        let full = 3 * features / S::F64_LANES;
+        let all_whole = whole == [true; BLOCK];
+        for at in 0..(3 * features).div_ceil(S::F64_LANES) {
+            let k = at % 3;
+            let place = [places[0][at], places[1][at], places[2][at]];
+            let mut sums = [x[at], y[at], z[at]];
+            for number in 0..count {
+                let frame = &frames[number];
+                let turn = frame.turn[k];
+                let mut d = frame.about_the_body(simd, at, k);
+                let there = simd.mul_f64s(turn[0], place[0]);
+                let there = simd.mul_add_e_f64s(turn[1], place[1], there);
+                let there = simd.mul_add_e_f64s(turn[2], place[2], there);
+                let mut off = simd.sub_f64s(d, there);
+                if !(all_whole && at < full) {
+                    if !whole[number] {
+                        let mask = masks[number * row + at];
+                        (d, off) = (simd.mul_f64s(d, mask), simd.mul_f64s(off, mask));
+                    }
+                    off = simd.mul_f64s(off, known[at]);
+                }
+                sums[0] = simd.mul_add_e_f64s(turn[0], d, sums[0]);
+                sums[1] = simd.mul_add_e_f64s(turn[1], d, sums[1]);
+                sums[2] = simd.mul_add_e_f64s(turn[2], d, sums[2]);
+                squares[number] = simd.mul_add_e_f64s(off, off, squares[number]);
+                largest[number] = simd.max_f64s(largest[number], simd.abs_f64s(off));
+            }
+            [x[at], y[at], z[at]] = sums;
+        }
+        for number in 0..count {
+            self.largest.push((numbers[number], simd.reduce_max_f64s(largest[number])));
+            self.frames.push(OfFrame { samples: samples[number], squares: simd.reduce_sum_f64s(squares[number]) });
         }
     }
 }

@@ -118,7 +118,7 @@ impl Tracks {
     /// it.
     pub fn rest_but_for(&self, noise: f64) -> bool {
         /// Frames that are looked at, evenly over time: enough for the range of a coordinate.
-        const FRAMES: usize = 200;
+        const FRAMES: usize = 64;
         let frames = evenly(self.frames(), FRAMES);
         let way = |feature| frames.iter().filter_map(|&t| Some(self.get(t, feature)?.coords)).collect();
         let ways = (0..self.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());

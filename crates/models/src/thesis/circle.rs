@@ -1,11 +1,11 @@
 //! Plane and circle through a trajectory.
 
 use jointscope_motion::{Rows, Summary};
-use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::lanes::PlaneMoments;
+use super::lanes::{self, PlaneMoments};
 use super::principal_axes;
 
 /// Radius, in extents of the points, beyond which a circle is a straight line.
@@ -53,48 +53,44 @@ impl Circle {
         let covariance =
             points.iter().map(|p| p.coords - centroid).map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / count;
         let magnitude = points.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
-        Self::in_plane(centroid, covariance, magnitude, |[x_axis, y_axis], _| {
-            let plane = |p: &Point3<f64>| {
-                let d = p.coords - centroid;
-                (x_axis.dot(&d), y_axis.dot(&d))
-            };
-            match method {
-                CircleMethod::Taubin => taubin(points.iter().map(plane), count),
-                CircleMethod::Kasa => kasa(&moments(points.iter().map(plane), count)),
-            }
-        })
+        let plane = Plane::spread_by(covariance.trace(), magnitude, &principal_axes(covariance))?;
+        let [x_axis, y_axis] = plane.axes.map(|axis| axis.into_inner() / plane.unit);
+        let places = points.iter().map(|p| {
+            let d = p.coords - centroid;
+            (x_axis.dot(&d), y_axis.dot(&d))
+        });
+        let fit = match method {
+            CircleMethod::Taubin => taubin(places, count),
+            CircleMethod::Kasa => kasa(&moments(places, count)),
+        };
+        Some(plane.circle(centroid, fit?))
     }
 
-    /// The same through a feature's positions in rows, which are known at a glance.
-    pub(super) fn through_rows(rows: Rows<'_>, known: &Summary, method: CircleMethod) -> Option<Self> {
-        Self::in_plane(known.mean, known.covariance, known.magnitude, |axes, square| {
-            let moments = PlaneMoments::of(rows, known.mean, axes, square);
-            match method {
-                CircleMethod::Taubin => taubin_of(&moments),
-                CircleMethod::Kasa => kasa(&moments),
+    /// The same through each of several features' positions in rows, which are known at a glance.
+    pub(super) fn through_rows(rows: &[Rows<'_>], known: &[Summary], method: CircleMethod) -> Vec<Option<Self>> {
+        let planes = lanes::principal_axes(&known.iter().map(|known| known.covariance).collect::<Vec<_>>());
+        let planes = known.iter().zip(&planes).map(|(known, axes)| Plane::of(known, axes)).collect::<Vec<_>>();
+        let moments = planes.iter().zip(rows).zip(known).map(|((plane, rows), known)| {
+            let plane = plane.as_ref()?;
+            let axes = plane.axes.map(|axis| axis.into_inner() / plane.unit);
+            Some(PlaneMoments::of(*rows, known.mean, axes, plane.square))
+        });
+        let moments: Vec<Option<PlaneMoments>> = moments.collect();
+        let fits: Vec<Option<(f64, f64, f64)>> = match method {
+            CircleMethod::Taubin => {
+                let matrix =
+                    |moments: &Option<PlaneMoments>| moments.as_ref().map_or_else(Matrix3::zeros, taubin_matrix);
+                let axes = lanes::principal_axes(&moments.iter().map(matrix).collect::<Vec<_>>());
+                moments.iter().zip(axes).map(|(moments, axes)| taubin_of(moments.as_ref()?, &axes[2].1)).collect()
             }
-        })
-    }
-
-    /// The circle in the plane of largest spread, by a fit that is given the plane's axes, over the unit of length, and the
-    /// mean squared distance from the centroid in that plane.
-    fn in_plane(
-        centroid: Vector3<f64>,
-        covariance: Matrix3<f64>,
-        magnitude: f64,
-        fit: impl FnOnce([Vector3<f64>; 2], f64) -> Option<(f64, f64, f64)>,
-    ) -> Option<Self> {
-        if covariance.trace() <= (ROUNDING * magnitude).powi(2) {
-            return None;
-        }
-        let [(along, x_axis), (across, y_axis), _] = principal_axes(covariance);
-        let normal = Unit::new_normalize(x_axis.cross(&y_axis));
-        // In units of the spread, so that squares and fourth powers are of one size.
-        let unit = covariance.trace().sqrt();
-        let axes = [x_axis, y_axis].map(|axis| axis.into_inner() / unit);
-        let (x, y, radius) = fit(axes, (along + across) / covariance.trace())?;
-        let centre = Point3::from(centroid + (x_axis.scale(x) + y_axis.scale(y)) * unit);
-        Some(Self { centre, normal, radius: radius * unit, x_axis })
+            CircleMethod::Kasa => moments.iter().map(|moments| kasa(moments.as_ref()?)).collect(),
+        };
+        planes
+            .iter()
+            .zip(known)
+            .zip(fits)
+            .map(|((plane, known), fit)| Some(plane.as_ref()?.circle(known.mean, fit?)))
+            .collect()
     }
 
     /// Places a point on the unit circle: (x, y) of thesis equations (38) and (39).
@@ -104,20 +100,53 @@ impl Circle {
     }
 }
 
-/// Centre and radius from points whose centroid is the origin and whose mean square distance from it is 1.
-pub(super) fn taubin(points: impl Iterator<Item = (f64, f64)> + Clone, count: f64) -> Option<(f64, f64, f64)> {
-    taubin_of(&moments(points, count))
+/// The plane in which a trajectory spreads most.
+struct Plane {
+    axes: [Unit<Vector3<f64>>; 2],
+    /// Unit of length: the spread, so that squares and fourth powers are of one size.
+    unit: f64,
+    /// Mean squared distance from the centroid in the plane, in that unit.
+    square: f64,
 }
 
-fn taubin_of(moments: &PlaneMoments) -> Option<(f64, f64, f64)> {
+impl Plane {
+    fn of(known: &Summary, axes: &[(f64, Unit<Vector3<f64>>); 3]) -> Option<Self> {
+        Self::spread_by(known.covariance.trace(), known.magnitude, axes)
+    }
+
+    /// By the trace of the covariance and its principal axes; `None` where the spread is rounding of coordinates.
+    fn spread_by(spread: f64, magnitude: f64, axes: &[(f64, Unit<Vector3<f64>>); 3]) -> Option<Self> {
+        let [(along, x_axis), (across, y_axis), _] = *axes;
+        let square = (along + across) / spread;
+        (spread > (ROUNDING * magnitude).powi(2)).then(|| Self { axes: [x_axis, y_axis], unit: spread.sqrt(), square })
+    }
+
+    /// The circle with a centre and a radius in the plane, in its unit from the centroid.
+    fn circle(&self, centroid: Vector3<f64>, (x, y, radius): (f64, f64, f64)) -> Circle {
+        let [x_axis, y_axis] = self.axes;
+        let centre = Point3::from(centroid + (x_axis.scale(x) + y_axis.scale(y)) * self.unit);
+        Circle { centre, normal: Unit::new_normalize(x_axis.cross(&y_axis)), radius: radius * self.unit, x_axis }
+    }
+}
+
+/// Centre and radius from points whose centroid is the origin and whose mean square distance from it is 1.
+pub(super) fn taubin(points: impl Iterator<Item = (f64, f64)> + Clone, count: f64) -> Option<(f64, f64, f64)> {
+    let moments = moments(points, count);
+    taubin_of(&moments, &principal_axes(taubin_matrix(&moments))[2].1)
+}
+
+/// The matrix whose least eigenvector is Taubin's circle.
+fn taubin_matrix(moments: &PlaneMoments) -> Matrix3<f64> {
     let PlaneMoments { square, xx, xy, yy, xz, yz, zz } = *moments;
     let scale = 1.0 / (2.0 * square.sqrt());
     let (xz, yz, zz) = (scale * xz, scale * yz, scale * scale * zz);
-    let eigen = SymmetricEigen::new(Matrix3::new(zz, xz, yz, xz, xx, xy, yz, xy, yy));
-    let vector = eigen.eigenvectors.column(eigen.eigenvalues.imin());
-    let a = scale * vector[0];
-    let (b, c) = (vector[1], vector[2]);
-    finite(-b / (2.0 * a), -c / (2.0 * a), (b * b + c * c + 4.0 * a * a * square).sqrt() / (2.0 * a.abs()))
+    Matrix3::new(zz, xz, yz, xz, xx, xy, yz, xy, yy)
+}
+
+fn taubin_of(moments: &PlaneMoments, least: &Vector3<f64>) -> Option<(f64, f64, f64)> {
+    let a = least[0] / (2.0 * moments.square.sqrt());
+    let (b, c) = (least[1], least[2]);
+    finite(-b / (2.0 * a), -c / (2.0 * a), (b * b + c * c + 4.0 * a * a * moments.square).sqrt() / (2.0 * a.abs()))
 }
 
 /// As [`taubin`], by Kåsa's normal equations `2 M c = (Mxz, Myz)`.

@@ -1,17 +1,12 @@
 //! Joint positions over time, from trajectories and an axis.
 
-use super::lanes::{Slid, Turned};
+use super::lanes::Turned;
 use jointscope_motion::RelativeMotion;
 use nalgebra::{Complex, Point3, Unit, Vector3};
 use std::f64::consts::TAU;
 
 /// Displacement along `direction` in metres, per frame of the recording; 0 at the first frame.
 pub(super) fn slides(motion: &RelativeMotion<'_>, direction: Unit<Vector3<f64>>) -> Vec<Option<f64>> {
-    if let Some(columns) = motion.columns() {
-        let mut slid = Slid::along(direction, columns);
-        columns.for_each(|_, rows| slid.add(rows));
-        return by_frame(motion, slid.means(columns.features()));
-    }
     let place = |p: &Point3<f64>| direction.dot(&p.coords);
     let mean = |pairs: &[(f64, f64)], _| pairs.iter().map(|(start, now)| now - start).sum::<f64>() / pairs.len() as f64;
     follow(motion, place, mean, |now, position| now - position)
@@ -34,7 +29,7 @@ pub(super) fn turns(
 ) -> Vec<Option<f64>> {
     if let Some(columns) = motion.columns() {
         let mut turned = Turned::about(point, [x, y], columns);
-        columns.for_each(|_, rows| turned.add(rows));
+        columns.for_each(|_, rows| _ = turned.add(rows));
         return unwrapped(motion, &turned);
     }
     let place = |p: &Point3<f64>| Complex::new(x.dot(&(p - point)), y.dot(&(p - point)));

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::lanes::{Slid, Tallied, along_tube};
+use super::lanes::{Tallied, along_tube};
 use super::{positions, q_function, trajectories};
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
@@ -106,15 +106,15 @@ impl JointModel for ThesisPrismatic {
             Some(columns) => self.see_rows(columns),
             None => self.see(&trajectories(motion, 2)?),
         };
-        let Some(Seen { tube, cylinder_fit, mean_length, off_line, features, alone, slid }) = seen else {
+        let Some(Seen { tube, cylinder_fit, mean_length, off_line, features, alone, slides }) = seen else {
             return Ok(JointFit::new(Confidence::ZERO, Joint::default())
                 .with_part("cylinder_fit", 0.0)
                 .with_part("lines_equal", 0.0));
         };
         let lines_equal = 1.0 - q_function(mean_length, self.equal_mean, self.equal_steepness);
 
-        let slides = match slid {
-            Some(slid) => positions::by_frame(motion, slid.means(features)),
+        let slides = match slides {
+            Some(slides) => positions::by_frame(motion, slides.into_iter()),
             None => positions::slides(motion, tube.direction),
         };
         let (direction, reverse) =
@@ -153,8 +153,8 @@ struct Seen {
     features: usize,
     /// Features that never share a frame with the longest one.
     alone: usize,
-    /// How far the features went along the tube, where that was seen along with it.
-    slid: Option<Slid>,
+    /// How far the features went along the tube in every frame, metres, where that was seen along with it.
+    slides: Option<Vec<f64>>,
 }
 
 impl ThesisPrismatic {
@@ -175,7 +175,7 @@ impl ThesisPrismatic {
             features: tracks.len(),
             alone: tracks.iter().filter(|t| common(t, &tracks[longest]).next().is_none()).count(),
             tube,
-            slid: None,
+            slides: None,
         })
     }
 
@@ -191,13 +191,10 @@ impl ThesisPrismatic {
         let tube = columns.of(longest, |rows| Tube::along((0..rows.frames).map(|index| rows.point(index))))?;
         let mut sections = vec![Section::default(); self.section_count(columns.frames() * columns.features())];
         let line = tube.direction.into_inner() * tube.length;
-        let mut tallied = Tallied::new(line, self.tube_radius, self.overshoot, &mut sections);
-        let mut slid = Slid::along(tube.direction, columns);
+        let mut tallied = Tallied::new(line, self.tube_radius, self.overshoot, &mut sections, columns.frames());
         let mut squares = 0.0;
-        columns.for_each(|_, rows| {
-            squares += along_tube(rows, &mut tallied);
-            slid.add(rows);
-        });
+        columns.for_each(|_, rows| squares += along_tube(rows, &mut tallied));
+        let slides = tallied.slides(columns.features());
         let greatest = extents.iter().copied().fold(0.0, f64::max);
         Some(Seen {
             cylinder_fit: self.weakest(sections),
@@ -206,7 +203,7 @@ impl ThesisPrismatic {
             features: columns.features(),
             alone: 0,
             tube,
-            slid: Some(slid),
+            slides: Some(slides),
         })
     }
 

@@ -1,6 +1,6 @@
 //! `thesis-revolute`: every trajectory on a circle, and the circles' centres on one line.
 
-use jointscope_motion::{Columns, RelativeMotion, Rows, Trajectory};
+use jointscope_motion::{Columns, RelativeMotion, Trajectory};
 use nalgebra::{Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -191,17 +191,21 @@ impl ThesisRevolute {
 
     /// The same of features that are always seen.
     fn arcs_of_rows(&self, columns: Columns<'_>) -> Vec<Arc> {
-        let arc = |feature: usize, rows: Rows<'_>| {
-            let known = &columns.summaries()[feature];
-            let is_still = known.moved <= ROUNDING * known.magnitude;
-            let Some(circle) = Circle::through_rows(rows, known, self.circle) else {
-                return Arc::without_circle(feature, is_still);
-            };
-            let (count, degrees) = lanes::on_circle(rows, &circle, self.circle_tolerance);
-            let on_circle = count / columns.frames() as f64;
-            Arc { feature, circle: Some(circle), on_circle, degrees, is_still }
-        };
-        Arc::telling(columns.map(arc))
+        let mut arcs = Vec::with_capacity(columns.features());
+        columns.for_some(|first, rows| {
+            let known = &columns.summaries()[first..first + rows.len()];
+            let circles = Circle::through_rows(rows, known, self.circle);
+            arcs.extend((first..).zip(rows.iter().zip(known).zip(circles)).map(
+                |(feature, ((rows, known), circle))| {
+                    let is_still = known.moved <= ROUNDING * known.magnitude;
+                    let Some(circle) = circle else { return Arc::without_circle(feature, is_still) };
+                    let (count, degrees) = lanes::on_circle(*rows, &circle, self.circle_tolerance);
+                    let on_circle = count / columns.frames() as f64;
+                    Arc { feature, circle: Some(circle), on_circle, degrees, is_still }
+                },
+            ));
+        });
+        Arc::telling(arcs)
     }
 
     /// Equation (41): share of points on the circle.
@@ -243,9 +247,9 @@ fn turned(
     let mut turned = Turned::about(point, positions::across(direction), columns);
     let (mut sum, mut telling) = (0.0, arcs.iter().map(|arc| arc.feature).peekable());
     columns.for_each(|feature, rows| {
-        turned.add(rows);
+        let off = turned.add(rows);
         if telling.next_if_eq(&feature).is_some() {
-            sum += lanes::off_circle(rows, point, direction);
+            sum += off;
         }
     });
     (positions::unwrapped(motion, &turned), (sum / (arcs.len() * columns.frames()) as f64).sqrt())

@@ -49,7 +49,7 @@ impl BodyMotion<'_> {
                 ..registered.clone()
             }),
             spread: Spread { across: factor * self.spread.across, along: factor * self.spread.along },
-            drift: self.drift,
+            drift: self.drift.clone(),
             line: self.line.as_ref().map(|line| Line {
                 poses: poses(&line.poses),
                 shape: larger_shape(&line.shape, factor),

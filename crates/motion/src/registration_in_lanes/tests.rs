@@ -79,7 +79,13 @@ fn frames_in_lanes_have_the_poses_that_each_has_alone_whatever_the_instructions(
             for weights in [None, Some(&weights[..])] {
                 for arch in [Arch::new(), Arch::Scalar] {
                     let mut poses = vec![None; FRAMES];
-                    arch.dispatch(Frames { shape: &shape, tracks: &tracks, weights, poses: &mut poses });
+                    arch.dispatch(Frames {
+                        shape: &shape,
+                        tracks: &tracks,
+                        weights,
+                        poses: &mut poses,
+                        look: &mut Nobody,
+                    });
                     for (frame, found) in poses.iter().enumerate() {
                         let expected = by_hand(&shape, &tracks, weights, frame);
                         let name = format!("{}, missing: {missing}, frame {frame}", case.name);
@@ -101,7 +107,7 @@ fn frames_in_lanes_have_the_poses_that_each_has_alone_whatever_the_instructions(
 fn a_box_is_solved_in_lanes_and_a_thin_body_alone() {
     let solved = |case: &Case| {
         let (shape, tracks, _) = simulate(case, false);
-        let places = Places::of::<pulp::Scalar>(&shape);
+        let places = Places::of(&shape);
         let mut none = Sums {
             covariance: [[0.0; BLOCK]; 9],
             target: [[0.0; BLOCK]; 3],

@@ -45,7 +45,10 @@ impl WithSimd for Kernel<'_> {
         let centre = splat(simd, circle.centre.coords.into());
         let x_axis = splat(simd, (circle.x_axis.into_inner() / circle.radius).into());
         let y_axis = splat(simd, (circle.normal.cross(&circle.x_axis) / circle.radius).into());
-        let (zero, one, tolerance) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0), simd.splat_f64s(tolerance));
+        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+        // Squared radii tell as well what is near the circle, without a root.
+        let nearest = simd.splat_f64s((1.0 - tolerance).max(0.0).powi(2));
+        let farthest = simd.splat_f64s((1.0 + tolerance).powi(2));
         let (rounds, near) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(NEAR));
         let shown = simd.splat_f64s(SHOWS_BITS);
         let mut inside = zero;
@@ -54,10 +57,10 @@ impl WithSimd for Kernel<'_> {
         for (k, weight) in weights.iter().enumerate() {
             let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], centre);
             let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
-            let length = simd.sqrt_f64s(simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y)));
-            let off = simd.abs_f64s(simd.sub_f64s(length, one));
-            let counts = simd.less_than_or_equal_f64s(off, tolerance);
-            inside = simd.add_f64s(inside, simd.select_f64s(counts, *weight, zero));
+            let square = simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y));
+            let counts = simd.select_f64s(simd.less_than_or_equal_f64s(square, farthest), *weight, zero);
+            let counts = simd.select_f64s(simd.less_than_or_equal_f64s(nearest, square), counts, zero);
+            inside = simd.add_f64s(inside, counts);
 
             let angle = in_degrees(simd, x, y);
             let whole = simd.sub_f64s(simd.add_f64s(angle, rounds), rounds);

@@ -7,16 +7,16 @@
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
 
 mod arc;
-mod follow;
-mod off_circle;
+mod eigen;
 mod plane;
 mod tube;
+mod turned;
 
 pub(super) use arc::on_circle;
-pub(super) use follow::{Slid, Turned};
-pub(super) use off_circle::off_circle;
+pub(super) use eigen::principal_axes;
 pub(super) use plane::PlaneMoments;
 pub(super) use tube::{Tallied, along_tube};
+pub(super) use turned::Turned;
 
 use pulp::Simd;
 
@@ -59,13 +59,13 @@ fn dot<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> S::f64s {
     simd.mul_add_e_f64s(a[2], b[2], sum)
 }
 
-/// Lengths of vector products.
+/// Vector products.
 #[inline(always)]
-fn cross_length<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> S::f64s {
+fn cross<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> [S::f64s; 3] {
     let x = simd.sub_f64s(simd.mul_f64s(a[1], b[2]), simd.mul_f64s(a[2], b[1]));
     let y = simd.sub_f64s(simd.mul_f64s(a[2], b[0]), simd.mul_f64s(a[0], b[2]));
     let z = simd.sub_f64s(simd.mul_f64s(a[0], b[1]), simd.mul_f64s(a[1], b[0]));
-    simd.sqrt_f64s(dot(simd, [x, y, z], [x, y, z]))
+    [x, y, z]
 }
 
 /// Adds the weighted products `xx`, `xy`, `yy`, `xz`, `yz`, `zz`.

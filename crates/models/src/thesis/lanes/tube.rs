@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::super::prismatic::{Overshoot, Section};
-use super::{BLOCK, ROUNDS, SHOWS_BITS, bits_shown, cross_length, dot, minus, registers, splat};
+use super::{BLOCK, ROUNDS, SHOWS_BITS, bits_shown, cross, dot, minus, registers, splat};
 
 /// What is counted along a tube.
 pub(in super::super) struct Tallied<'a> {
@@ -16,6 +16,8 @@ pub(in super::super) struct Tallied<'a> {
     pub overshoot: Overshoot,
     pub sections: &'a mut [Section],
     counts: Vec<u64>,
+    /// Shares of the line that the features have gone since the first frame, summed up, by frame.
+    gone: Vec<f64>,
 }
 
 /// Most sections in which lanes count side by side.
@@ -30,9 +32,16 @@ impl<'a> Tallied<'a> {
         radius: f64,
         overshoot: Overshoot,
         sections: &'a mut [Section],
+        frames: usize,
     ) -> Self {
         let counts = vec![0; sections.len().max(SECTIONS_BESIDE * BLOCK)];
-        Self { line, radius, overshoot, sections, counts }
+        Self { line, radius, overshoot, sections, counts, gone: vec![0.0; frames.next_multiple_of(BLOCK)] }
+    }
+
+    /// How far so many features have gone in the mean since the first frame, metres, by frame.
+    pub(in super::super) fn slides(&self, features: usize) -> Vec<f64> {
+        let mean = self.line.norm() / features as f64;
+        self.gone.iter().map(|gone| gone * mean).collect()
     }
 }
 
@@ -58,7 +67,8 @@ impl WithSimd for Kernel<'_, '_> {
         let start = splat(simd, all.point(0).coords.into());
         let length = tallied.line.norm();
         let direction = splat(simd, (tallied.line / (length * length)).into());
-        let (zero, radius) = (simd.splat_f64s(0.0), simd.splat_f64s(tallied.radius));
+        let (zero, radius) = (simd.splat_f64s(0.0), simd.splat_f64s(tallied.radius * tallied.radius));
+        let gone = S::as_mut_simd_f64s(&mut tallied.gone).0;
         let sections = tallied.sections.len();
         let drops = tallied.overshoot == Overshoot::Drop;
         let (one, two, four) = (simd.splat_f64s(1.0), simd.splat_f64s(2.0), simd.splat_f64s(4.0));
@@ -69,10 +79,13 @@ impl WithSimd for Kernel<'_, '_> {
         let beside = if sections <= SECTIONS_BESIDE { BLOCK } else { 1 };
         let counts = &mut tallied.counts[..sections * beside];
         let mut codes = [0.0; BLOCK];
-        for (k, weight) in weights.iter().enumerate() {
+        for (k, (weight, gone)) in weights.iter().zip(gone).enumerate() {
             let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], start);
-            let (along, off) = (dot(simd, direction, d), cross_length(simd, direction, d));
-            squares = simd.mul_add_e_f64s(simd.mul_f64s(off, off), *weight, squares);
+            let (along, off) = (dot(simd, direction, d), cross(simd, direction, d));
+            // Squared distances tell as well what is inside, without a root.
+            let off = dot(simd, off, off);
+            squares = simd.mul_add_e_f64s(off, *weight, squares);
+            *gone = simd.add_f64s(*gone, along);
             let mut counted = *weight;
             if drops {
                 counted = simd.select_f64s(simd.less_than_f64s(along, zero), zero, counted);

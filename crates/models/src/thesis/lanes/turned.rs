@@ -1,0 +1,86 @@
+//! How far the features have turned in every frame since the first, summed up, and how far they are from circles.
+
+use jointscope_motion::{Columns, Rows};
+use nalgebra::{Complex, Point3, Vector3};
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{BLOCK, dot, minus, registers, splat};
+
+/// Products of places in a plane with the conjugate of the first place, summed up over features, by frame; places are told
+/// by the gradients of their two coordinates about a point.
+pub(in super::super) struct Turned {
+    point: Point3<f64>,
+    axes: [Vector3<f64>; 2],
+    sums: [Vec<f64>; 2],
+}
+
+impl Turned {
+    pub(in super::super) fn about(point: Point3<f64>, axes: [Vector3<f64>; 2], columns: Columns<'_>) -> Self {
+        let none = vec![0.0; columns.frames().next_multiple_of(BLOCK)];
+        Self { point, axes, sums: [none.clone(), none] }
+    }
+
+    /// Adds a feature. If the gradients are unit vectors at right angles, gives the sum of squared distances of its positions
+    /// from the circle about the axis across them that is nearest: of mean radius and height.
+    pub(in super::super) fn add(&mut self, rows: Rows<'_>) -> f64 {
+        let [real, imaginary] = &mut self.sums;
+        Arch::new().dispatch(Kernel { rows, point: self.point, axes: self.axes, sums: [real, imaginary] })
+    }
+
+    pub(in super::super) fn sums(&self) -> impl Iterator<Item = Complex<f64>> + '_ {
+        self.sums[0].iter().zip(&self.sums[1]).map(|(re, im)| Complex::new(*re, *im))
+    }
+}
+
+struct Kernel<'a> {
+    rows: Rows<'a>,
+    point: Point3<f64>,
+    axes: [Vector3<f64>; 2],
+    sums: [&'a mut [f64]; 2],
+}
+
+impl WithSimd for Kernel<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { rows: all, point, axes, sums: [real, imaginary] } = self;
+        let rows = registers(simd, all.coordinates);
+        let weights = S::as_simd_f64s(all.weights).0;
+        let about = splat(simd, point.coords.into());
+        let axis = axes[0].cross(&axes[1]);
+        let (x_axis, y_axis, z_axis) =
+            (splat(simd, axes[0].into()), splat(simd, axes[1].into()), splat(simd, axis.into()));
+        // About the first position sums of squares lose no digits.
+        let start = all.point(0) - point;
+        let [x, y, z] = [axes[0], axes[1], axis].map(|axis| axis.dot(&start));
+        let (start_x, start_y, height) = (simd.splat_f64s(x), simd.splat_f64s(y), simd.splat_f64s(z));
+        let radius = simd.splat_f64s(x.hypot(y));
+        let zero = simd.splat_f64s(0.0);
+        let (mut sums, mut squares) = ([zero; 2], [zero; 2]);
+        let turned = S::as_mut_simd_f64s(real).0.iter_mut().zip(S::as_mut_simd_f64s(imaginary).0);
+        for (k, (weight, (real, imaginary))) in weights.iter().zip(turned).enumerate() {
+            let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], about);
+            let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
+            let re = simd.mul_add_e_f64s(start_x, x, simd.mul_f64s(start_y, y));
+            let im = simd.sub_f64s(simd.mul_f64s(start_x, y), simd.mul_f64s(start_y, x));
+            *real = simd.add_f64s(*real, re);
+            *imaginary = simd.add_f64s(*imaginary, im);
+            let length = simd.sqrt_f64s(simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y)));
+            let wider = simd.sub_f64s(length, radius);
+            let higher = simd.sub_f64s(dot(simd, z_axis, d), height);
+            let (weighted_wider, weighted_higher) = (simd.mul_f64s(*weight, wider), simd.mul_f64s(*weight, higher));
+            sums[0] = simd.add_f64s(sums[0], weighted_wider);
+            sums[1] = simd.add_f64s(sums[1], weighted_higher);
+            squares[0] = simd.mul_add_e_f64s(weighted_wider, wider, squares[0]);
+            squares[1] = simd.mul_add_e_f64s(weighted_higher, higher, squares[1]);
+        }
+        let count = all.frames as f64;
+        let mut total = 0.0;
+        for k in 0..2 {
+            let sum = simd.reduce_sum_f64s(sums[k]);
+            total += (simd.reduce_sum_f64s(squares[k]) - sum * sum / count).max(0.0);
+        }
+        total
+    }
+}
