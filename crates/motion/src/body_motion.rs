@@ -115,10 +115,11 @@ impl<'r> BodyMotion<'r> {
 
     /// As [`BodyMotion::of`], without registering again what `poses` has registered frame by frame in the same way.
     ///
-    /// A registration to the body's shape needs all frames, and is repeated.
+    /// A registration to the body's shape needs all frames, and one to the first frame comes with the noise in one visit:
+    /// these are repeated.
     pub fn of_registered(body: &'r Body, poses: &FrameByFrame, settings: &MotionSettings) -> Self {
         let Observation::Points { tracks, .. } = body.observation() else { return Self::of(body, settings) };
-        let known = settings.registration != Registration::Shape
+        let known = settings.registration == Registration::Chained
             && settings.registration == poses.registration()
             && poses.poses().len() == tracks.frames()
             && poses.poses().iter().any(Option::is_some);
