@@ -7,6 +7,7 @@ mod summary;
 
 pub use summary::Summary;
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -68,7 +69,7 @@ pub(crate) struct Placed {
     /// Rotations row by row, then translations, of eight frames each.
     maps: Vec<[[f64; BLOCK]; 12]>,
     weights: Vec<f64>,
-    numbers: Option<Vec<f64>>,
+    numbers: Option<Buffer>,
     summaries: OnceLock<Vec<Summary>>,
 }
 
@@ -98,8 +99,8 @@ impl Placed {
         }
         let mut placed = Self { maps, weights, numbers: None, summaries: OnceLock::new() };
         if 3 * features * row <= KEPT {
-            let mut numbers = vec![0.0; 3 * features * row];
-            placed.place(tracks, frames, 0..features, &mut numbers);
+            let mut numbers = Buffer::of(3 * features * row);
+            placed.place(tracks, frames, 0..features, &mut numbers.0);
             placed.numbers = Some(numbers);
         }
         Some(placed)
@@ -141,7 +142,7 @@ impl<'a> Columns<'a> {
     pub fn for_some(&self, mut look: impl FnMut(usize, &[Rows<'_>])) {
         let (features, placed) = (self.features(), self.placed);
         if let Some(numbers) = &placed.numbers {
-            let rows = (0..features).map(|feature| placed.rows(numbers, feature, self.frames()));
+            let rows = (0..features).map(|feature| placed.rows(&numbers.0, feature, self.frames()));
             return look(0, &rows.collect::<Vec<_>>());
         }
         let row = placed.weights.len();
@@ -174,11 +175,36 @@ impl<'a> Columns<'a> {
     pub fn of<R>(&self, feature: usize, look: impl FnOnce(Rows<'_>) -> R) -> R {
         let placed = self.placed;
         if let Some(numbers) = &placed.numbers {
-            return look(placed.rows(numbers, feature, self.frames()));
+            return look(placed.rows(&numbers.0, feature, self.frames()));
         }
         let mut numbers = vec![0.0; 3 * placed.weights.len()];
         placed.place(self.tracks, self.frames, feature..feature + 1, &mut numbers);
         look(placed.rows(&numbers, 0, self.frames()))
+    }
+}
+
+/// Room for numbers, which whoever comes next in the same thread takes over: what caches hold stays of use, and nothing
+/// is cleared that will be written.
+#[derive(Debug, Clone)]
+struct Buffer(Vec<f64>);
+
+thread_local! {
+    static LEFT: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
+}
+
+impl Buffer {
+    /// Of so many numbers, whatever they are.
+    fn of(length: usize) -> Self {
+        let mut numbers = LEFT.take();
+        numbers.resize(length, 0.0);
+        Self(numbers)
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // A thread that ends keeps nothing.
+        _ = LEFT.try_with(|left| left.set(std::mem::take(&mut self.0)));
     }
 }
 
@@ -212,24 +238,25 @@ impl WithSimd for Place<'_> {
                 }
                 side_by_side(simd, block, &mut seen[number * width * BLOCK..][..width * BLOCK]);
             }
-            for feature in 0..features.len() {
-                for axis in 0..3 {
-                    let out = &mut numbers[(3 * feature + axis) * row + start..][..blocks * BLOCK];
-                    for number in 0..blocks {
+            for some in (0..features.len()).step_by(BLOCK) {
+                for number in 0..blocks {
+                    let maps = &maps[number];
+                    for feature in some..(some + BLOCK).min(features.len()) {
                         let seen = &seen[(number * width + 3 * feature) * BLOCK..][..3 * BLOCK];
                         let seen = S::as_simd_f64s(seen).0;
-                        let out = S::as_mut_simd_f64s(&mut out[number * BLOCK..][..BLOCK]).0;
-                        let maps = &maps[number];
-                        let by_x = S::as_simd_f64s(&maps[3 * axis]).0;
-                        let by_y = S::as_simd_f64s(&maps[3 * axis + 1]).0;
-                        let by_z = S::as_simd_f64s(&maps[3 * axis + 2]).0;
-                        let shift = S::as_simd_f64s(&maps[9 + axis]).0;
-                        let parts = out.len();
-                        for part in 0..parts {
-                            let sum = simd.mul_f64s(by_x[part], seen[part]);
-                            let sum = simd.mul_add_e_f64s(by_y[part], seen[parts + part], sum);
-                            let sum = simd.mul_add_e_f64s(by_z[part], seen[2 * parts + part], sum);
-                            out[part] = simd.add_f64s(sum, shift[part]);
+                        let parts = seen.len() / 3;
+                        for axis in 0..3 {
+                            let out = &mut numbers[(3 * feature + axis) * row + start + number * BLOCK..][..BLOCK];
+                            let out = S::as_mut_simd_f64s(out).0;
+                            let by_x = S::as_simd_f64s(&maps[3 * axis]).0;
+                            let by_y = S::as_simd_f64s(&maps[3 * axis + 1]).0;
+                            let by_z = S::as_simd_f64s(&maps[3 * axis + 2]).0;
+                            let shift = S::as_simd_f64s(&maps[9 + axis]).0;
+                            for part in 0..parts {
+                                let sum = simd.mul_add_e_f64s(by_x[part], seen[part], shift[part]);
+                                let sum = simd.mul_add_e_f64s(by_y[part], seen[parts + part], sum);
+                                out[part] = simd.mul_add_e_f64s(by_z[part], seen[2 * parts + part], sum);
+                            }
                         }
                     }
                 }

@@ -10,8 +10,8 @@ pub(super) fn occupied(points: impl Iterator<Item = (f64, f64)>) -> u16 {
 /// The degrees of a circle that points occupy.
 pub(super) struct Degrees([u8; ROW]);
 
-/// Degrees, filled up to whole words of eight.
-const ROW: usize = 384;
+/// Degrees, filled up to a power of two.
+const ROW: usize = 512;
 
 impl Default for Degrees {
     fn default() -> Self {
@@ -26,14 +26,17 @@ impl Degrees {
         self.occupy_degree(y.atan2(x).to_degrees().rem_euclid(360.0) as usize);
     }
 
-    /// Takes in a point at an angle of so many whole degrees; rounding may turn a tiny negative angle into 360 exactly.
+    /// Takes in a point at an angle of so many whole degrees, up to 511; rounding may turn a tiny negative angle into 360
+    /// exactly, and what is more is none.
     #[inline]
     pub(super) fn occupy_degree(&mut self, degree: usize) {
-        self.0[degree.min(359)] = 1;
+        self.0[degree & (ROW - 1)] = 1;
     }
 
     /// 360 less the longest run of degrees without a point.
-    pub(super) fn occupied(&self) -> u16 {
+    pub(super) fn occupied(mut self) -> u16 {
+        let (circle, beyond) = self.0.split_at_mut(360);
+        circle[359] |= std::mem::take(&mut beyond[0]);
         360 - longest_gap(&self.0)
     }
 }

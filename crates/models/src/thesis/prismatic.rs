@@ -98,6 +98,9 @@ impl Default for ThesisPrismatic {
     }
 }
 
+/// The tube's end, in its lengths, beyond what rounding makes of the farthest point.
+pub(super) const END: f64 = 1.0 + 1e-12;
+
 joint_model!(ThesisPrismatic, "thesis-prismatic", "equal straight trajectories inside a tube (thesis 5.2)");
 
 impl JointModel for ThesisPrismatic {
@@ -189,15 +192,15 @@ impl ThesisPrismatic {
             Longest::Path => first_longest(&summaries.iter().map(|one| one.path).collect::<Vec<_>>()),
         };
         let tube = columns.of(longest, |rows| Tube::along((0..rows.frames).map(|index| rows.point(index))))?;
-        let mut sections = vec![Section::default(); self.section_count(columns.frames() * columns.features())];
+        let sections = self.section_count(columns.frames() * columns.features());
         let line = tube.direction.into_inner() * tube.length;
-        let mut tallied = Tallied::new(line, self.tube_radius, self.overshoot, &mut sections, columns.frames());
+        let mut tallied = Tallied::new(line, self.tube_radius, self.overshoot, sections, columns.frames());
         let mut squares = 0.0;
         columns.for_each(|_, rows| squares += along_tube(rows, &mut tallied));
         let slides = tallied.slides(columns.features());
         let greatest = extents.iter().copied().fold(0.0, f64::max);
         Some(Seen {
-            cylinder_fit: self.weakest(sections),
+            cylinder_fit: self.weakest(tallied.sections()),
             mean_length: extents.iter().map(|own| own / greatest).sum::<f64>() / count,
             off_line: (squares / (count * columns.frames() as f64)).sqrt() * tube.length,
             features: columns.features(),
@@ -216,13 +219,14 @@ impl ThesisPrismatic {
         let count = self.section_count(samples.clone().count());
         let mut sections = vec![Section::default(); count];
         for (along, off) in samples {
-            if self.overshoot == Overshoot::Drop && !(0.0..=1.0).contains(&along) {
+            if self.overshoot == Overshoot::Drop && !(0.0..=END).contains(&along) {
                 continue;
             }
             // A negative share becomes section 0, as clamping demands.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let index = ((along * count as f64) as usize).min(count - 1);
-            sections[index].add(1, usize::from(off < self.tube_radius));
+            sections[index].all += 1;
+            sections[index].inside += usize::from(off < self.tube_radius);
         }
         self.weakest(sections)
     }
@@ -253,9 +257,8 @@ pub(super) struct Section {
 }
 
 impl Section {
-    pub(super) fn add(&mut self, all: usize, inside: usize) {
-        self.all += all;
-        self.inside += inside;
+    pub(super) fn new(all: usize, inside: usize) -> Self {
+        Self { all, inside }
     }
 }
 

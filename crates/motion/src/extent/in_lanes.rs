@@ -16,6 +16,8 @@ const SHELL: f64 = 0.01;
 /// Ends that there may be, as a part of the points, and pairs of them, per point.
 const FEW: usize = 4;
 const PAIRS: usize = 32;
+/// Lanes of the widest registers.
+const WIDEST: usize = 8;
 /// Share by which squares may be off, with a wide margin.
 const SURE: f64 = 1e-9;
 /// Share by which a bound must exceed the best distance to be looked into: rounding of squares.
@@ -38,6 +40,7 @@ pub fn extent_of_rows(rows: [&[f64]; 3]) -> f64 {
 pub struct Extents {
     pair: [usize; 2],
     ends: Ends,
+    boxes: Boxes,
 }
 
 impl Extents {
@@ -48,7 +51,7 @@ impl Extents {
     pub fn of_rows(&mut self, rows: [&[f64]; 3]) -> f64 {
         let [x, y, z] = rows;
         assert!(x.len() == y.len() && x.len() == z.len(), "three rows of one length");
-        Arch::new().dispatch(Extent { rows, pair: &mut self.pair, ends: &mut self.ends })
+        Arch::new().dispatch(Extent { rows, pair: &mut self.pair, ends: &mut self.ends, boxes: &mut self.boxes })
     }
 }
 
@@ -59,6 +62,13 @@ struct Ends {
     /// Squared distances from the centre of the best pair, m².
     squares: Vec<f64>,
     indices: Vec<usize>,
+}
+
+/// Boxes of blocks of successive points: their least and their most x, y and z.
+#[derive(Debug, Default)]
+struct Boxes {
+    least: [Vec<f64>; 3],
+    most: [Vec<f64>; 3],
 }
 
 /// As [`path_length`](crate::path_length), of the first so many points given by their x, y and z.
@@ -76,6 +86,7 @@ struct Extent<'a> {
     rows: [&'a [f64]; 3],
     pair: &'a mut [usize; 2],
     ends: &'a mut Ends,
+    boxes: &'a mut Boxes,
 }
 
 impl WithSimd for Extent<'_> {
@@ -83,7 +94,7 @@ impl WithSimd for Extent<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { rows, pair, ends } = self;
+        let Self { rows, pair, ends, boxes } = self;
         let count = rows[0].len();
         if count == 0 {
             return 0.0;
@@ -99,14 +110,14 @@ impl WithSimd for Extent<'_> {
         }
         for _ in 0..TRIED {
             let (centre, radius) = (between(rows, *pair), 0.5 * best.sqrt());
-            let inner = radius * (1.0 - SHELL);
-            if !ends.collect(simd, rows, centre, inner * inner, BLOCK + count / FEW) {
-                break;
-            }
-            let (square, out) = ends.farthest_out(pair[0]);
+            let (square, out) = farthest(simd, rows, centre);
             // The other end of a longer distance is at most so much nearer to the centre.
             if square.sqrt() <= radius * (1.0 + SHELL) {
-                return ends.across(simd, pair, best).sqrt();
+                let inner = radius * (1.0 - SHELL);
+                if ends.collect(simd, rows, centre, inner * inner, BLOCK + count / FEW) {
+                    return ends.across(simd, pair, best).sqrt();
+                }
+                break;
             }
             let (farther, to) = farthest(simd, rows, at(rows, out));
             if farther > best {
@@ -114,8 +125,7 @@ impl WithSimd for Extent<'_> {
                 continue;
             }
             let inner = (2.0 * radius - square.sqrt()).max(0.0);
-            let few = BLOCK + PAIRS * count / ends.squares.len().max(1);
-            if ends.collect(simd, rows, centre, inner * inner * (1.0 - SURE), few) {
+            if ends.collect(simd, rows, centre, inner * inner * (1.0 - SURE), BLOCK + (PAIRS * count).isqrt()) {
                 return ends.across(simd, pair, best).sqrt();
             }
             break;
@@ -123,33 +133,9 @@ impl WithSimd for Extent<'_> {
         if count > MOST {
             return by_boxes(rows);
         }
-        let blocks = count.div_ceil(BLOCK);
-        let mut least = [const { Vec::new() }; 3];
-        let mut most = [const { Vec::new() }; 3];
-        for axis in 0..3 {
-            least[axis] = vec![0.0; blocks];
-            most[axis] = vec![0.0; blocks];
-            for (block, points) in rows[axis].chunks(BLOCK).enumerate() {
-                let (registers, rest) = S::as_simd_f64s(points);
-                let (mut low, mut high) = (simd.splat_f64s(points[0]), simd.splat_f64s(points[0]));
-                for register in registers {
-                    low = simd.min_f64s(low, *register);
-                    high = simd.max_f64s(high, *register);
-                }
-                let (low, high) = (simd.reduce_min_f64s(low), simd.reduce_max_f64s(high));
-                least[axis][block] = rest.iter().copied().fold(low, f64::min);
-                most[axis][block] = rest.iter().copied().fold(high, f64::max);
-            }
-        }
-        let mut bounds = vec![0.0; blocks];
-        for i in 0..blocks {
-            let bounds = &mut bounds[..blocks - i];
-            farthest_corners(simd, &least, &most, i, bounds);
-            for (j, bound) in bounds.iter().enumerate() {
-                if *bound > best * (1.0 + ROUNDING) {
-                    best = across(simd, rows, i, i + j, best);
-                }
-            }
+        boxes.around(simd, rows);
+        for i in 0..count.div_ceil(BLOCK) {
+            best = boxes.farther(simd, rows, i, best);
         }
         best.sqrt()
     }
@@ -231,12 +217,6 @@ impl Ends {
         self.indices.push(k);
     }
 
-    /// The largest squared distance from the centre, and the point that has it; 0 where there are no ends.
-    fn farthest_out(&self, otherwise: usize) -> (f64, usize) {
-        let all = self.squares.iter().zip(&self.indices);
-        all.fold((0.0, otherwise), |(most, out), (square, k)| if *square > most { (*square, *k) } else { (most, out) })
-    }
-
     /// The largest squared distance of a pair that has this one, or of two ends; and what pair that is.
     #[inline(always)]
     fn across<S: Simd>(&self, simd: S, pair: &mut [usize; 2], best: f64) -> f64 {
@@ -293,27 +273,59 @@ fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], place: [f64; 3]) -> (f64, usize
     (best, point)
 }
 
-/// Squared distances that no points of block `i` and of those from it on exceed.
-#[inline(always)]
-fn farthest_corners<S: Simd>(simd: S, least: &[Vec<f64>; 3], most: &[Vec<f64>; 3], i: usize, bounds: &mut [f64]) {
-    bounds.fill(0.0);
-    let (registers, rest) = S::as_mut_simd_f64s(bounds);
-    for axis in 0..3 {
-        let (own_least, own_most) = (simd.splat_f64s(least[axis][i]), simd.splat_f64s(most[axis][i]));
-        let of_least = S::as_simd_f64s(&least[axis][i..]).0;
-        let of_most = S::as_simd_f64s(&most[axis][i..]).0;
-        for (k, bound) in registers.iter_mut().enumerate() {
-            let (up, down) = (simd.sub_f64s(of_most[k], own_least), simd.sub_f64s(own_most, of_least[k]));
-            let apart = simd.max_f64s(up, down);
-            *bound = simd.mul_add_e_f64s(apart, apart, *bound);
+impl Boxes {
+    /// Boxes of the blocks of successive points.
+    #[inline(always)]
+    fn around<S: Simd>(&mut self, simd: S, rows: [&[f64]; 3]) {
+        let blocks = rows[0].len().div_ceil(BLOCK);
+        for axis in 0..3 {
+            // What is filled up to whole registers is nowhere.
+            self.least[axis].clear();
+            self.least[axis].resize(blocks + WIDEST, f64::INFINITY);
+            self.most[axis].clear();
+            self.most[axis].resize(blocks + WIDEST, f64::NEG_INFINITY);
+            for (block, points) in rows[axis].chunks(BLOCK).enumerate() {
+                let (registers, rest) = S::as_simd_f64s(points);
+                let (mut low, mut high) = (simd.splat_f64s(points[0]), simd.splat_f64s(points[0]));
+                for register in registers {
+                    low = simd.min_f64s(low, *register);
+                    high = simd.max_f64s(high, *register);
+                }
+                let (low, high) = (simd.reduce_min_f64s(low), simd.reduce_max_f64s(high));
+                self.least[axis][block] = rest.iter().copied().fold(low, f64::min);
+                self.most[axis][block] = rest.iter().copied().fold(high, f64::max);
+            }
         }
     }
-    let done = registers.len() * S::F64_LANES;
-    for (k, bound) in rest.iter_mut().enumerate() {
-        let j = i + done + k;
-        for axis in 0..3 {
-            *bound += f64::max(most[axis][j] - least[axis][i], most[axis][i] - least[axis][j]).powi(2);
+
+    /// The larger of the best squared distance and those between block `i` and all from it on.
+    #[inline(always)]
+    fn farther<S: Simd>(&self, simd: S, rows: [&[f64]; 3], i: usize, best: f64) -> f64 {
+        let blocks = rows[0].len().div_ceil(BLOCK);
+        let mut best = best;
+        for first in (i..blocks).step_by(S::F64_LANES) {
+            let mut bound = simd.splat_f64s(0.0);
+            for axis in 0..3 {
+                let (own_least, own_most) = (simd.splat_f64s(self.least[axis][i]), simd.splat_f64s(self.most[axis][i]));
+                let least = S::as_simd_f64s(&self.least[axis][first..first + S::F64_LANES]).0[0];
+                let most = S::as_simd_f64s(&self.most[axis][first..first + S::F64_LANES]).0[0];
+                let apart = simd.max_f64s(simd.sub_f64s(most, own_least), simd.sub_f64s(own_most, least));
+                let apart = simd.max_f64s(apart, simd.splat_f64s(0.0));
+                bound = simd.mul_add_e_f64s(apart, apart, bound);
+            }
+            let limit = best * (1.0 + ROUNDING);
+            if simd.first_true_m64s(simd.less_than_f64s(simd.splat_f64s(limit), bound)) == S::F64_LANES {
+                continue;
+            }
+            let mut bounds = [0.0; WIDEST];
+            S::as_mut_simd_f64s(&mut bounds[..S::F64_LANES]).0[0] = bound;
+            for j in first..blocks.min(first + S::F64_LANES) {
+                if bounds[j - first] > best * (1.0 + ROUNDING) {
+                    best = across(simd, rows, i, j, best);
+                }
+            }
         }
+        best
     }
 }
 

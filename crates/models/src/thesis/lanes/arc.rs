@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::super::Circle;
 use super::super::occupied::Degrees;
-use super::{BLOCK, ROUNDS, SHOWS_BITS, bits_shown, dot, minus, registers, splat};
+use super::{ROUNDS, SHOWS_BITS, bits_shown, dot, minus, registers, splat};
 
 /// Coefficients of an odd polynomial that is the arctangent on [0, 1] within 1e-7 degrees, the highest first.
 const ARCTANGENT: [f64; 10] = [
@@ -22,6 +22,10 @@ const ARCTANGENT: [f64; 10] = [
 ];
 /// Distance from a whole degree, in degrees, within which that polynomial does not tell which degree it is.
 const NEAR: f64 = 1e-5;
+/// What is put down instead of the degree then.
+const VAGUE: f64 = 500.0;
+/// Points whose degrees are found before any is put down.
+const TOGETHER: usize = 256;
 
 /// How many of a feature's points are within `tolerance` radii of its circle, and the whole degrees that all occupy.
 pub(in super::super) fn on_circle(rows: Rows<'_>, circle: &Circle, tolerance: f64) -> (f64, u16) {
@@ -45,40 +49,40 @@ impl WithSimd for Kernel<'_> {
         let centre = splat(simd, circle.centre.coords.into());
         let x_axis = splat(simd, (circle.x_axis.into_inner() / circle.radius).into());
         let y_axis = splat(simd, (circle.normal.cross(&circle.x_axis) / circle.radius).into());
-        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+        let zero = simd.splat_f64s(0.0);
         // Squared radii tell as well what is near the circle, without a root.
         let nearest = simd.splat_f64s((1.0 - tolerance).max(0.0).powi(2));
         let farthest = simd.splat_f64s((1.0 + tolerance).powi(2));
-        let (rounds, near) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(NEAR));
-        let shown = simd.splat_f64s(SHOWS_BITS);
+        let (rounds, near, shown) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(NEAR), simd.splat_f64s(SHOWS_BITS));
+        let (one, vague) = (simd.splat_f64s(1.0), simd.splat_f64s(VAGUE));
         let mut inside = zero;
         let mut degrees = Degrees::default();
-        let (mut wholes, mut xs, mut ys) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
-        for (k, weight) in weights.iter().enumerate() {
-            let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], centre);
-            let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
-            let square = simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y));
-            let counts = simd.select_f64s(simd.less_than_or_equal_f64s(square, farthest), *weight, zero);
-            let counts = simd.select_f64s(simd.less_than_or_equal_f64s(nearest, square), counts, zero);
-            inside = simd.add_f64s(inside, counts);
-
-            let angle = in_degrees(simd, x, y);
-            let whole = simd.sub_f64s(simd.add_f64s(angle, rounds), rounds);
-            let from_whole = simd.sub_f64s(angle, whole);
-            // What is filled up repeats the first frame, and occupies nothing new.
-            let vague = simd.less_than_f64s(simd.abs_f64s(from_whole), near);
-            if simd.first_true_m64s(vague) < S::F64_LANES {
-                S::as_mut_simd_f64s(&mut xs[..S::F64_LANES]).0[0] = x;
-                S::as_mut_simd_f64s(&mut ys[..S::F64_LANES]).0[0] = y;
-                for lane in 0..S::F64_LANES {
-                    degrees.occupy(xs[lane], ys[lane]);
-                }
-            } else {
+        let mut wholes = [0.0; TOGETHER];
+        for start in (0..weights.len()).step_by(TOGETHER / S::F64_LANES) {
+            let registers = (TOGETHER / S::F64_LANES).min(weights.len() - start);
+            for (k, of_register) in (start..).zip(&mut S::as_mut_simd_f64s(&mut wholes).0[..registers]) {
+                let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], centre);
+                let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
+                let square = simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y));
+                let counts = simd.select_f64s(simd.less_than_or_equal_f64s(square, farthest), weights[k], zero);
+                let counts = simd.select_f64s(simd.less_than_or_equal_f64s(nearest, square), counts, zero);
+                inside = simd.add_f64s(inside, counts);
+                let angle = in_degrees(simd, x, y);
+                let whole = simd.sub_f64s(simd.add_f64s(angle, rounds), rounds);
+                let from_whole = simd.sub_f64s(angle, whole);
                 let below = simd.less_than_f64s(from_whole, zero);
                 let floor = simd.select_f64s(below, simd.sub_f64s(whole, one), whole);
-                S::as_mut_simd_f64s(&mut wholes[..S::F64_LANES]).0[0] = simd.add_f64s(floor, shown);
-                for whole in &wholes[..S::F64_LANES] {
-                    degrees.occupy_degree(bits_shown(*whole));
+                let is_vague = simd.less_than_f64s(simd.abs_f64s(from_whole), near);
+                *of_register = simd.add_f64s(simd.select_f64s(is_vague, vague, floor), shown);
+            }
+            // What is filled up repeats the first frame, and occupies nothing new.
+            for (index, whole) in (start * S::F64_LANES..).zip(&wholes[..registers * S::F64_LANES]) {
+                let degree = bits_shown(*whole);
+                if degree < VAGUE as usize {
+                    degrees.occupy_degree(degree);
+                } else {
+                    let (x, y) = circle.on_unit_circle(&all.point(index));
+                    degrees.occupy(x, y);
                 }
             }
         }

@@ -4,17 +4,18 @@ use jointscope_motion::Rows;
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::super::prismatic::{Overshoot, Section};
+use super::super::prismatic::{END, Overshoot, Section};
 use super::{BLOCK, ROUNDS, SHOWS_BITS, bits_shown, cross, dot, minus, registers, splat};
 
 /// What is counted along a tube.
-pub(in super::super) struct Tallied<'a> {
+pub(in super::super) struct Tallied {
     /// From the start to the end of the tube, metres.
     pub line: Vector3<f64>,
     /// Its radius, in its length.
     pub radius: f64,
     pub overshoot: Overshoot,
-    pub sections: &'a mut [Section],
+    sections: usize,
+    /// Points of every kind in every section, for every lane if lanes count side by side.
     counts: Vec<u64>,
     /// Shares of the line that the features have gone since the first frame, summed up, by frame.
     gone: Vec<f64>,
@@ -22,20 +23,31 @@ pub(in super::super) struct Tallied<'a> {
 
 /// Most sections in which lanes count side by side.
 const SECTIONS_BESIDE: usize = 128;
-/// What one point adds to its section, by whether it counts and is inside: all points in the lower half, those inside in
-/// the upper.
-const COUNTS: [u64; 4] = [0, 1, 0, 1 << 32 | 1];
+/// Kinds of points in a section, by whether they count (1) and are inside (2).
+const KINDS: usize = 4;
+/// Points that are placed before any is counted.
+const TOGETHER: usize = 256;
+const LANES: [f64; BLOCK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-impl<'a> Tallied<'a> {
+impl Tallied {
     pub(in super::super) fn new(
         line: Vector3<f64>,
         radius: f64,
         overshoot: Overshoot,
-        sections: &'a mut [Section],
+        sections: usize,
         frames: usize,
     ) -> Self {
-        let counts = vec![0; sections.len().max(SECTIONS_BESIDE * BLOCK)];
+        let counts = vec![0; sections * KINDS * beside(sections)];
         Self { line, radius, overshoot, sections, counts, gone: vec![0.0; frames.next_multiple_of(BLOCK)] }
+    }
+
+    /// What was counted in every section.
+    pub(in super::super) fn sections(&self) -> Vec<Section> {
+        let beside = beside(self.sections);
+        let of_kind =
+            |counts: &[u64], kind: usize| counts[kind * beside..(kind + 1) * beside].iter().sum::<u64>() as usize;
+        let of_section = |counts: &[u64]| Section::new(of_kind(counts, 1) + of_kind(counts, 3), of_kind(counts, 3));
+        self.counts.chunks_exact(KINDS * beside).map(of_section).collect()
     }
 
     /// How far so many features have gone in the mean since the first frame, metres, by frame.
@@ -45,18 +57,23 @@ impl<'a> Tallied<'a> {
     }
 }
 
+/// Lanes that count side by side.
+fn beside(sections: usize) -> usize {
+    if sections <= SECTIONS_BESIDE { BLOCK } else { 1 }
+}
+
 /// Counts a feature, shifted to start where the tube starts, in its sections; gives the sum of squared distances from
 /// the line, in lengths of the tube.
-pub(in super::super) fn along_tube(rows: Rows<'_>, tallied: &mut Tallied<'_>) -> f64 {
+pub(in super::super) fn along_tube(rows: Rows<'_>, tallied: &mut Tallied) -> f64 {
     Arch::new().dispatch(Kernel { rows, tallied })
 }
 
-struct Kernel<'a, 's> {
+struct Kernel<'a> {
     rows: Rows<'a>,
-    tallied: &'a mut Tallied<'s>,
+    tallied: &'a mut Tallied,
 }
 
-impl WithSimd for Kernel<'_, '_> {
+impl WithSimd for Kernel<'_> {
     type Output = f64;
 
     #[inline(always)]
@@ -64,50 +81,48 @@ impl WithSimd for Kernel<'_, '_> {
         let Self { rows: all, tallied } = self;
         let rows = registers(simd, all.coordinates);
         let weights = S::as_simd_f64s(all.weights).0;
-        let start = splat(simd, all.point(0).coords.into());
+        let start_place = splat(simd, all.point(0).coords.into());
         let length = tallied.line.norm();
         let direction = splat(simd, (tallied.line / (length * length)).into());
         let (zero, radius) = (simd.splat_f64s(0.0), simd.splat_f64s(tallied.radius * tallied.radius));
         let gone = S::as_mut_simd_f64s(&mut tallied.gone).0;
-        let sections = tallied.sections.len();
         let drops = tallied.overshoot == Overshoot::Drop;
-        let (one, two, four) = (simd.splat_f64s(1.0), simd.splat_f64s(2.0), simd.splat_f64s(4.0));
-        let (parts, last) = (simd.splat_f64s(sections as f64), simd.splat_f64s((sections - 1) as f64));
+        let (one, two, end) = (simd.splat_f64s(1.0), simd.splat_f64s(2.0), simd.splat_f64s(END));
+        let sections = tallied.sections as f64;
+        let (parts, last) = (simd.splat_f64s(sections), simd.splat_f64s(sections - 1.0));
         let (rounds, shown) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(SHOWS_BITS));
-        let mut squares = zero;
         // Lanes count side by side, so that no count waits for another.
-        let beside = if sections <= SECTIONS_BESIDE { BLOCK } else { 1 };
-        let counts = &mut tallied.counts[..sections * beside];
-        let mut codes = [0.0; BLOCK];
-        for (k, (weight, gone)) in weights.iter().zip(gone).enumerate() {
-            let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], start);
-            let (along, off) = (dot(simd, direction, d), cross(simd, direction, d));
-            // Squared distances tell as well what is inside, without a root.
-            let off = dot(simd, off, off);
-            squares = simd.mul_add_e_f64s(off, *weight, squares);
-            *gone = simd.add_f64s(*gone, along);
-            let mut counted = *weight;
-            if drops {
-                counted = simd.select_f64s(simd.less_than_f64s(along, zero), zero, counted);
-                counted = simd.select_f64s(simd.less_than_f64s(one, along), zero, counted);
+        let beside = beside(tallied.sections);
+        let per_kind = simd.splat_f64s(beside as f64);
+        let per_section = simd.splat_f64s((KINDS * beside) as f64);
+        let lane = if beside == 1 { zero } else { S::as_simd_f64s(&LANES[..S::F64_LANES]).0[0] };
+        let mut squares = zero;
+        let mut places = [0.0; TOGETHER];
+        for start in (0..weights.len()).step_by(TOGETHER / S::F64_LANES) {
+            let registers = (TOGETHER / S::F64_LANES).min(weights.len() - start);
+            for (k, place) in (start..).zip(&mut S::as_mut_simd_f64s(&mut places).0[..registers]) {
+                let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], start_place);
+                let (along, off) = (dot(simd, direction, d), cross(simd, direction, d));
+                // Squared distances tell as well what is inside, without a root.
+                let off = dot(simd, off, off);
+                squares = simd.mul_add_e_f64s(off, weights[k], squares);
+                gone[k] = simd.add_f64s(gone[k], along);
+                let mut counted = weights[k];
+                if drops {
+                    counted = simd.select_f64s(simd.less_than_f64s(along, zero), zero, counted);
+                    counted = simd.select_f64s(simd.less_than_f64s(end, along), zero, counted);
+                }
+                let inside = simd.select_f64s(simd.less_than_f64s(off, radius), counted, zero);
+                let along = simd.min_f64s(simd.max_f64s(simd.mul_f64s(along, parts), zero), last);
+                let whole = simd.sub_f64s(simd.add_f64s(along, rounds), rounds);
+                let above = simd.less_than_f64s(along, whole);
+                let section = simd.select_f64s(above, simd.sub_f64s(whole, one), whole);
+                let kind = simd.mul_add_e_f64s(inside, two, counted);
+                let count = simd.mul_add_e_f64s(section, per_section, simd.mul_add_e_f64s(kind, per_kind, lane));
+                *place = simd.add_f64s(count, shown);
             }
-            let inside = simd.select_f64s(simd.less_than_f64s(off, radius), counted, zero);
-            let place = simd.min_f64s(simd.max_f64s(simd.mul_f64s(along, parts), zero), last);
-            let whole = simd.sub_f64s(simd.add_f64s(place, rounds), rounds);
-            let above = simd.less_than_f64s(place, whole);
-            let section = simd.select_f64s(above, simd.sub_f64s(whole, one), whole);
-            // Section, whether it is inside, and whether it counts, as one number.
-            let code = simd.mul_add_e_f64s(section, four, simd.mul_add_e_f64s(inside, two, counted));
-            S::as_mut_simd_f64s(&mut codes[..S::F64_LANES]).0[0] = simd.add_f64s(code, shown);
-            for (lane, code) in codes[..S::F64_LANES].iter().enumerate() {
-                let code = bits_shown(*code);
-                counts[(code >> 2) * beside + lane % beside] += COUNTS[code & 3];
-            }
-        }
-        for (section, counts) in tallied.sections.iter_mut().zip(counts.chunks_exact_mut(beside)) {
-            for count in counts {
-                let count = std::mem::take(count);
-                section.add((count & 0xFFFF_FFFF) as usize, (count >> 32) as usize);
+            for place in &places[..registers * S::F64_LANES] {
+                tallied.counts[bits_shown(*place)] += 1;
             }
         }
         simd.reduce_sum_f64s(squares)
