@@ -15,6 +15,7 @@ use bytemuck::cast_slice;
 use nalgebra::Point3;
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::flat_rows::lanes_lack;
 use crate::{Extents, Pose, Tracks};
 
 /// Frames that are taken together: the lanes of the widest registers.
@@ -268,21 +269,11 @@ impl WithSimd for Place<'_> {
 /// Puts the numbers of several frames side by side: `out` has a block for every coordinate.
 #[inline(always)]
 fn side_by_side<S: Simd>(simd: S, frames: [&[f64]; BLOCK], out: &mut [f64]) {
-    const LANES: [f64; BLOCK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
     let lanes = S::F64_LANES;
     let out = S::as_mut_simd_f64s(out).0;
     let parts = BLOCK / lanes;
-    // Lanes whose number lacks the bit 1, 2 or 4.
-    let number = S::as_simd_f64s(&LANES[..lanes]).0[0];
     let zero = simd.splat_f64s(0.0);
-    let mut lacks = [simd.equal_f64s(number, number); 3];
-    for (bit, lacks) in lacks.iter_mut().enumerate() {
-        let mut of_lane = [0.0; BLOCK];
-        for lane in 0..BLOCK {
-            of_lane[lane] = f64::from(u8::from(lane >> bit & 1 == 1));
-        }
-        *lacks = simd.equal_f64s(S::as_simd_f64s(&of_lane[..lanes]).0[0], zero);
-    }
+    let lacks = lanes_lack(simd);
     let count = frames[0].len();
     for first in (0..count).step_by(lanes) {
         for part in 0..parts {

@@ -214,6 +214,16 @@ pub(crate) fn padded(features: usize) -> usize {
     (3 * features).next_multiple_of(3 * WIDEST)
 }
 
+/// Lanes whose number lacks the bit 1, 2 or 4.
+#[inline(always)]
+pub(crate) fn lanes_lack<S: Simd>(simd: S) -> [S::m64s; 3] {
+    const LACKS: [[f64; WIDEST]; 3] =
+        [[0., 1., 0., 1., 0., 1., 0., 1.], [0., 0., 1., 1., 0., 0., 1., 1.], [0., 0., 0., 0., 1., 1., 1., 1.]];
+    let lacks = [0, 1, 2].map(|bit: usize| S::as_simd_f64s(&LACKS[bit][..S::F64_LANES]).0[0]);
+    let zero = simd.splat_f64s(0.0);
+    [simd.equal_f64s(lacks[0], zero), simd.equal_f64s(lacks[1], zero), simd.equal_f64s(lacks[2], zero)]
+}
+
 /// Which lanes of a triple's first register hold the coordinate 0, and which 1.
 #[inline(always)]
 pub(crate) fn first_holds<S: Simd>(simd: S) -> [S::m64s; 2] {
@@ -260,6 +270,12 @@ impl<'a, S: Simd> Frame<'a, S> {
         }
         let (full, rest) = S::as_simd_f64s(cast_slice(tracks.frame(frame)));
         Self { full, rest, turn, shift: by_coordinate(simd, pose.translation.vector.into()) }
+    }
+
+    /// A register of positions less the pose's translation, `k` being its place in its triple; full of the frame's numbers.
+    #[inline(always)]
+    pub(crate) fn inside(&self, simd: S, at: usize, k: usize) -> S::f64s {
+        simd.sub_f64s(self.full[at], self.shift[k])
     }
 
     /// A register of positions less the pose's translation, `k` being its place in its triple; beyond the frame it means nothing.

@@ -10,10 +10,10 @@ use bytemuck::cast_slice;
 use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::flat_rows::{expanded, first_holds};
+use crate::flat_rows::{expanded, first_holds, lanes_lack};
 use crate::prefetch::ahead_of;
 use crate::registration::register_weighted;
-use crate::rotation_in_lanes::{BLOCK, has_digits, solve_rotations};
+use crate::rotation_in_lanes::{BLOCK, have_digits, solve_rotations};
 use crate::{Pose, Tracks};
 
 /// Offset of a body, in its size and weighed by the gap, above which sums about another place than the body's own
@@ -96,12 +96,9 @@ struct Frames<'a, L> {
 }
 
 /// Sums over a frame's samples of weight `w`, places `p` about the shape's centre, and positions `q`; frames in lanes.
-#[derive(Clone, Copy)]
 struct Sums {
-    /// `Σ w p qᵀ`, row by row; with the centring in it once solved.
-    covariance: [[f64; BLOCK]; 9],
-    /// `Σ w q`.
-    target: [[f64; BLOCK]; 3],
+    /// `Σ w p qᵀ`, row by row, and `Σ w q`.
+    products: [[f64; BLOCK]; 12],
     /// `Σ w p`.
     source: [[f64; BLOCK]; 3],
     /// `Σ w`, and how many weights are not 0.
@@ -109,11 +106,11 @@ struct Sums {
     found: [usize; BLOCK],
 }
 
-/// Rotations of a block: quaternion `w, x, y, z`, the eigenvalue and the gap that say whether it can be trusted.
-struct Rotations {
+/// Poses of a block: quaternion `w, x, y, z`, translation, and 1 where they can be trusted.
+struct Solved {
     quaternion: [[f64; BLOCK]; 4],
-    eigenvalue: [[f64; BLOCK]; 1],
-    gap: [[f64; BLOCK]; 1],
+    translation: [[f64; BLOCK]; 3],
+    trusted: [f64; BLOCK],
 }
 
 impl<L: Look> WithSimd for Frames<'_, L> {
@@ -124,18 +121,25 @@ impl<L: Look> WithSimd for Frames<'_, L> {
         let Self { shape, tracks, weights, poses, look } = self;
         let places = Places::of(shape);
         let mut row = vec![0.0; places.expanded[0].len()];
+        let lanes_lack = lanes_lack(simd);
         for (number, poses) in poses.chunks_mut(BLOCK).enumerate() {
             let none = [0.0; BLOCK];
-            let mut sums =
-                Sums { covariance: [none; 9], target: [none; 3], source: [none; 3], count: none, found: [0; BLOCK] };
+            let mut sums = Sums { products: [none; 12], source: [none; 3], count: none, found: [0; BLOCK] };
+            let mut products = [[simd.splat_f64s(0.0); BLOCK]; 12];
             for lane in 0..poses.len() {
                 let frame = number * BLOCK + lane;
                 let weights = weights.map(|weights| &weights[frame * shape.len()..(frame + 1) * shape.len()]);
-                add_frame(simd, &places, tracks, frame, weights, &mut row, &mut sums, lane);
+                let of_frame = add_frame(simd, &places, tracks, frame, weights, &mut row, &mut sums, lane);
+                for k in 0..12 {
+                    products[k][lane] = of_frame[k];
+                }
             }
-            let rotations = solve(simd, &mut sums);
+            for k in 0..12 {
+                sums_of_registers(simd, lanes_lack, &products[k], &mut sums.products[k]);
+            }
+            let solved = solve(simd, &places, &sums);
             for (lane, pose) in poses.iter_mut().enumerate() {
-                *pose = finish(&places, &sums, &rotations, lane).or_else(|| {
+                *pose = solved.pose(&sums, lane).or_else(|| {
                     let frame = number * BLOCK + lane;
                     let weight = |feature| weights.map_or(1.0, |weights| weights[frame * shape.len() + feature]);
                     let seen = tracks.seen(frame);
@@ -184,7 +188,7 @@ impl Places {
     }
 }
 
-/// Sums one frame into a lane.
+/// Sums one frame: counts and places into a lane, the products into registers whose lanes still are to be summed up.
 ///
 /// A frame is read as the flat row of numbers that it is, as in `flat_rows`.
 #[inline(always)]
@@ -198,7 +202,7 @@ fn add_frame<S: Simd>(
     row: &mut [f64],
     sums: &mut Sums,
     lane: usize,
-) {
+) -> [S::f64s; 12] {
     let lanes = S::F64_LANES;
     let positions: &[f64] = cast_slice(tracks.frame(frame));
     let features = places.known.len();
@@ -258,21 +262,19 @@ fn add_frame<S: Simd>(
         covariance[2][k] = simd.mul_add_e_f64s(z[at], q, covariance[2][k]);
         target[k] = simd.add_f64s(target[k], q);
     }
-    for axis in 0..3 {
-        let [first, second, third] = sums_by_coordinate(simd, covariance[axis]);
-        sums.covariance[3 * axis][lane] = first;
-        sums.covariance[3 * axis + 1][lane] = second;
-        sums.covariance[3 * axis + 2][lane] = third;
+    let mut products = [zero; 12];
+    for (row, registers) in [covariance[0], covariance[1], covariance[2], target].into_iter().enumerate() {
+        let by_coordinate = by_coordinate(simd, registers);
+        for k in 0..3 {
+            products[3 * row + k] = by_coordinate[k];
+        }
     }
-    let target = sums_by_coordinate(simd, target);
-    for axis in 0..3 {
-        sums.target[axis][lane] = target[axis];
-    }
+    products
 }
 
-/// Sums of the lanes of three registers that hold the same coordinate; each lane holds each coordinate once in them.
+/// Of three registers that hold all coordinates in turn, each lane each of them once, the lanes of every coordinate.
 #[inline(always)]
-fn sums_by_coordinate<S: Simd>(simd: S, [a, b, c]: [S::f64s; 3]) -> [f64; 3] {
+fn by_coordinate<S: Simd>(simd: S, [a, b, c]: [S::f64s; 3]) -> [S::f64s; 3] {
     let [is_0, is_1] = first_holds(simd);
     // The register that follows holds, in the same lane, the coordinate that is `lanes mod 3` on.
     let (next, last) = if S::F64_LANES % 3 == 1 { (b, c) } else { (c, b) };
@@ -280,50 +282,110 @@ fn sums_by_coordinate<S: Simd>(simd: S, [a, b, c]: [S::f64s; 3]) -> [f64; 3] {
     let first = simd.select_f64s(is_0, a, simd.select_f64s(is_1, last, next));
     let second = simd.select_f64s(is_0, next, simd.select_f64s(is_1, a, last));
     let third = simd.select_f64s(is_0, last, simd.select_f64s(is_1, next, a));
-    [simd.reduce_sum_f64s(first), simd.reduce_sum_f64s(second), simd.reduce_sum_f64s(third)]
+    [first, second, third]
 }
 
-/// Rotations of a block of frames, from the covariances about their centres, which replace those in `sums`.
+/// The sum over the lanes of each of several registers.
+///
+/// Of two registers, every second lane of the one and of the other is added to its neighbour; of what comes of two such
+/// pairs, every second pair of lanes; and so on, until each lane is the sum of one register.
 #[inline(always)]
-fn solve<S: Simd>(simd: S, sums: &mut Sums) -> Rotations {
+fn sums_of_registers<S: Simd>(
+    simd: S,
+    lanes_lack: [S::m64s; 3],
+    registers: &[S::f64s; BLOCK],
+    sums: &mut [f64; BLOCK],
+) {
+    let mut left = *registers;
+    let mut count = BLOCK;
+    for bit in 0..S::F64_LANES.trailing_zeros() as usize {
+        count /= 2;
+        for k in 0..count {
+            let (a, b) = (left[2 * k], left[2 * k + 1]);
+            let stays = simd.select_f64s(lanes_lack[bit], a, b);
+            let comes = simd.rotate_left_f64s(simd.select_f64s(lanes_lack[bit], b, a), 1 << bit);
+            left[k] = simd.add_f64s(stays, comes);
+        }
+    }
+    let sums = S::as_mut_simd_f64s(sums).0;
+    for k in 0..sums.len() {
+        sums[k] = left[k];
+    }
+}
+
+/// Poses of a block of frames.
+#[inline(always)]
+fn solve<S: Simd>(simd: S, places: &Places, sums: &Sums) -> Solved {
     let none = [0.0; BLOCK];
-    let mut found = Rotations { quaternion: [none; 4], eigenvalue: [none], gap: [none] };
+    let mut found = Solved { quaternion: [none; 4], translation: [none; 3], trusted: none };
     let count = S::as_simd_f64s(&sums.count).0;
+    let (zero, one, two) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0), simd.splat_f64s(2.0));
     for part in 0..count.len() {
-        let inverse = simd.div_f64s(simd.splat_f64s(1.0), count[part]);
-        let mut h = [inverse; 9];
+        let inverse = simd.div_f64s(one, count[part]);
+        let (mut h, mut source, mut target) = ([inverse; 9], [inverse; 3], [inverse; 3]);
         for axis in 0..3 {
-            let source = simd.mul_f64s(S::as_simd_f64s(&sums.source[axis]).0[part], inverse);
+            source[axis] = simd.mul_f64s(S::as_simd_f64s(&sums.source[axis]).0[part], inverse);
+            target[axis] = S::as_simd_f64s(&sums.products[9 + axis]).0[part];
+        }
+        for axis in 0..3 {
             for other in 0..3 {
-                let sum = S::as_simd_f64s(&sums.covariance[3 * axis + other]).0[part];
-                let product = simd.mul_f64s(source, S::as_simd_f64s(&sums.target[other]).0[part]);
-                h[3 * axis + other] = simd.sub_f64s(sum, product);
+                let sum = S::as_simd_f64s(&sums.products[3 * axis + other]).0[part];
+                h[3 * axis + other] = simd.sub_f64s(sum, simd.mul_f64s(source[axis], target[other]));
             }
         }
         let [(quaternion, eigenvalue, gap)] = solve_rotations(simd, &[h]);
-        for (row, value) in found.quaternion.iter_mut().zip(quaternion) {
-            S::as_mut_simd_f64s(row).0[part] = value;
+        let mut farthest = zero;
+        for axis in 0..3 {
+            source[axis] = simd.add_f64s(source[axis], simd.splat_f64s(places.centre[axis]));
+            target[axis] = simd.mul_f64s(target[axis], inverse);
+            farthest = simd.max_f64s(farthest, simd.abs_f64s(target[axis]));
         }
-        S::as_mut_simd_f64s(&mut found.eigenvalue[0]).0[part] = eigenvalue;
-        S::as_mut_simd_f64s(&mut found.gap[0]).0[part] = gap;
+        // Far bodies lose digits, as thin ones do.
+        let reach = simd.add_f64s(farthest, simd.splat_f64s(places.magnitude));
+        let offset = simd.mul_f64s(simd.mul_f64s(count[part], simd.splat_f64s(places.radius)), reach);
+        let bearable = simd.mul_f64s(simd.mul_f64s(simd.splat_f64s(LARGEST_OFFSET), gap), eigenvalue);
+        let trusted = simd.select_f64s(simd.less_than_f64s(offset, bearable), one, zero);
+        let trusted = simd.select_f64s(have_digits(simd, gap, eigenvalue), trusted, zero);
+        S::as_mut_simd_f64s(&mut found.trusted).0[part] = trusted;
+        // v + 2 u × (u × v + w v) for the quaternion (w, u).
+        let [w, x, y, z] = quaternion;
+        let mut turned = cross(simd, [x, y, z], source);
+        for axis in 0..3 {
+            turned[axis] = simd.mul_add_e_f64s(w, source[axis], turned[axis]);
+        }
+        let turned = cross(simd, [x, y, z], turned);
+        for axis in 0..3 {
+            let placed = simd.mul_add_e_f64s(two, turned[axis], source[axis]);
+            S::as_mut_simd_f64s(&mut found.translation[axis]).0[part] = simd.sub_f64s(target[axis], placed);
+        }
+        for k in 0..4 {
+            S::as_mut_simd_f64s(&mut found.quaternion[k]).0[part] = quaternion[k];
+        }
     }
     found
 }
 
-/// The pose of a lane, if its rotation can be trusted.
+/// Vector products.
 #[inline(always)]
-fn finish(places: &Places, sums: &Sums, rotations: &Rotations, lane: usize) -> Option<Pose> {
-    let (count, eigenvalue, gap) = (sums.count[lane], rotations.eigenvalue[0][lane], rotations.gap[0][lane]);
-    let source = places.centre + Vector3::from_fn(|axis, _| sums.source[axis][lane]) / count;
-    let target = Vector3::from_fn(|axis, _| sums.target[axis][lane]) / count;
-    let offset = count * places.radius * (target.amax() + places.magnitude);
-    let trusted = sums.found[lane] >= 3 && has_digits(gap, eigenvalue) && offset < LARGEST_OFFSET * gap * eigenvalue;
-    if !trusted {
-        return None;
+fn cross<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> [S::f64s; 3] {
+    let x = simd.sub_f64s(simd.mul_f64s(a[1], b[2]), simd.mul_f64s(a[2], b[1]));
+    let y = simd.sub_f64s(simd.mul_f64s(a[2], b[0]), simd.mul_f64s(a[0], b[2]));
+    let z = simd.sub_f64s(simd.mul_f64s(a[0], b[1]), simd.mul_f64s(a[1], b[0]));
+    [x, y, z]
+}
+
+impl Solved {
+    /// The pose of a lane, if it can be trusted.
+    #[inline(always)]
+    fn pose(&self, sums: &Sums, lane: usize) -> Option<Pose> {
+        if sums.found[lane] < 3 || self.trusted[lane] == 0.0 {
+            return None;
+        }
+        let (q, t) = (&self.quaternion, &self.translation);
+        let rotation = Quaternion::new(q[0][lane], q[1][lane], q[2][lane], q[3][lane]);
+        let translation = Translation3::new(t[0][lane], t[1][lane], t[2][lane]);
+        Some(Pose::from_parts(translation, UnitQuaternion::new_unchecked(rotation)))
     }
-    let [w, x, y, z] = [0, 1, 2, 3].map(|k| rotations.quaternion[k][lane]);
-    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-    Some(Pose::from_parts(Translation3::from(target - rotation * source), rotation))
 }
 
 #[cfg(test)]

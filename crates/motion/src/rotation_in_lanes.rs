@@ -101,9 +101,20 @@ impl WithSimd for Covariances<'_> {
 
 /// Whether a rotation found in lanes has all its digits.
 #[inline(always)]
-pub(crate) fn has_digits(gap: f64, eigenvalue: f64) -> bool {
+fn has_digits(gap: f64, eigenvalue: f64) -> bool {
     // Neither holds of what is not a number.
     gap > LEAST_GAP && EIGENVALUES.contains(&eigenvalue)
+}
+
+/// Which lanes' rotations have all their digits.
+#[inline(always)]
+pub(crate) fn have_digits<S: Simd>(simd: S, gap: S::f64s, eigenvalue: S::f64s) -> S::m64s {
+    let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+    let wide = simd.less_than_f64s(simd.splat_f64s(LEAST_GAP), gap);
+    let large = simd.less_than_or_equal_f64s(simd.splat_f64s(*EIGENVALUES.start()), eigenvalue);
+    let small = simd.less_than_or_equal_f64s(eigenvalue, simd.splat_f64s(*EIGENVALUES.end()));
+    let all = simd.select_f64s(wide, simd.select_f64s(large, simd.select_f64s(small, one, zero), zero), zero);
+    simd.equal_f64s(all, one)
 }
 
 /// Sums and products of registers.

@@ -18,7 +18,7 @@ const ROUNDS: usize = 3;
 /// Share by which another round would change the squares of the residuals, from which on none is needed.
 const CLOSE: f64 = 1e-6;
 /// Frames, evenly over time, whose mean is what residuals are measured from at first.
-const GLANCE: usize = 32;
+const GLANCE: usize = 16;
 
 /// What is found beside thesis registrations.
 pub(crate) struct Settled {
@@ -142,8 +142,10 @@ struct Seen<'a> {
     places: [Vec<f64>; 3],
     known: Vec<f64>,
     is_known: Vec<bool>,
-    /// 1 for every coordinate that is seen in a frame.
+    /// 1 for every coordinate that is seen in a frame, for the frames that are looked at together; and which of them are not
+    /// whole.
     masks: Vec<f64>,
+    masked: [bool; BLOCK],
     whole_frames: f64,
     rows: [Vec<f64>; 3],
 
@@ -169,7 +171,8 @@ impl<'a> Seen<'a> {
             places: expanded(&places.iter().map(place).collect::<Vec<_>>()),
             known,
             is_known: places.iter().map(Option::is_some).collect(),
-            masks: vec![0.0; BLOCK * length],
+            masks: vec![1.0; BLOCK * length],
+            masked: [false; BLOCK],
             whole_frames: 0.0,
             rows: [0, 1, 2].map(|_| vec![0.0; length]),
             counts: vec![0.0; features],
@@ -186,6 +189,7 @@ impl<'a> Seen<'a> {
 
     /// Takes note of which features a frame shows, its coordinates in a mask; gives how many have residuals.
     fn note(&mut self, frame: usize, mask: usize) -> usize {
+        self.masked[mask] = true;
         let mut samples = 0;
         for feature in 0..self.is_known.len() {
             let weight = if self.tracks.is_visible(frame, feature) { 1.0 } else { 0.0 };
@@ -216,6 +220,9 @@ impl Look for Seen<'_> {
             whole[count] = self.complete && tracks.seen_count(number) == features;
             if whole[count] {
                 self.whole_frames += 1.0;
+                if std::mem::take(&mut self.masked[count]) {
+                    self.masks[count * length..(count + 1) * length].fill(1.0);
+                }
             } else {
                 samples[count] = self.note(number, count);
             }
@@ -234,31 +241,30 @@ impl Look for Seen<'_> {
         let [x, y, z] = &mut self.rows;
         let (x, y, z) = (S::as_mut_simd_f64s(x).0, S::as_mut_simd_f64s(y).0, S::as_mut_simd_f64s(z).0);
         let full = 3 * features / S::F64_LANES;
-        let all_whole = whole == [true; BLOCK];
+        let plain = self.complete && whole == [true; BLOCK];
         for at in 0..(3 * features).div_ceil(S::F64_LANES) {
             let k = at % 3;
             let place = [places[0][at], places[1][at], places[2][at]];
             let mut sums = [x[at], y[at], z[at]];
-            for number in 0..count {
-                let frame = &frames[number];
+            let plain = plain && at < full;
+            for ((frame, mask), (squares, largest)) in
+                frames.iter().zip(masks.chunks_exact(row)).zip(squares.iter_mut().zip(&mut largest)).take(count)
+            {
                 let turn = frame.turn[k];
-                let mut d = frame.about_the_body(simd, at, k);
+                let mut d = if plain { frame.inside(simd, at, k) } else { frame.about_the_body(simd, at, k) };
                 let there = simd.mul_f64s(turn[0], place[0]);
                 let there = simd.mul_add_e_f64s(turn[1], place[1], there);
                 let there = simd.mul_add_e_f64s(turn[2], place[2], there);
                 let mut off = simd.sub_f64s(d, there);
-                if !(all_whole && at < full) {
-                    if !whole[number] {
-                        let mask = masks[number * row + at];
-                        (d, off) = (simd.mul_f64s(d, mask), simd.mul_f64s(off, mask));
-                    }
-                    off = simd.mul_f64s(off, known[at]);
+                if !plain {
+                    d = simd.mul_f64s(d, mask[at]);
+                    off = simd.mul_f64s(simd.mul_f64s(off, mask[at]), known[at]);
                 }
                 sums[0] = simd.mul_add_e_f64s(turn[0], d, sums[0]);
                 sums[1] = simd.mul_add_e_f64s(turn[1], d, sums[1]);
                 sums[2] = simd.mul_add_e_f64s(turn[2], d, sums[2]);
-                squares[number] = simd.mul_add_e_f64s(off, off, squares[number]);
-                largest[number] = simd.max_f64s(largest[number], simd.abs_f64s(off));
+                *squares = simd.mul_add_e_f64s(off, off, *squares);
+                *largest = simd.max_f64s(*largest, simd.abs_f64s(off));
             }
             [x[at], y[at], z[at]] = sums;
         }

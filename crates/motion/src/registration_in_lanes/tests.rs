@@ -108,17 +108,12 @@ fn a_box_is_solved_in_lanes_and_a_thin_body_alone() {
     let solved = |case: &Case| {
         let (shape, tracks, _) = simulate(case, false);
         let places = Places::of(&shape);
-        let mut none = Sums {
-            covariance: [[0.0; BLOCK]; 9],
-            target: [[0.0; BLOCK]; 3],
-            source: [[0.0; BLOCK]; 3],
-            count: [0.0; BLOCK],
-            found: [0; BLOCK],
-        };
+        let none = [0.0; BLOCK];
+        let mut sums = Sums { products: [none; 12], source: [none; 3], count: none, found: [0; BLOCK] };
         let mut row = vec![0.0; places.expanded[0].len()];
-        add_frame(pulp::Scalar, &places, &tracks, 0, None, &mut row, &mut none, 0);
-        let rotations = solve(pulp::Scalar, &mut none);
-        finish(&places, &none, &rotations, 0).is_some()
+        let products = add_frame(pulp::Scalar, &places, &tracks, 0, None, &mut row, &mut sums, 0);
+        sums.products = products.map(|sum| [sum; BLOCK]);
+        solve(pulp::Scalar, &places, &sums).pose(&sums, 0).is_some()
     };
     assert!(solved(&CASES[0]) && solved(&CASES[7]));
     assert!(!solved(&CASES[9]) && !solved(&CASES[10]) && !solved(&CASES[3]));
