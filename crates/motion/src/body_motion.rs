@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
+use crate::columns::{Maps, RowsAsSeen, rows_as_seen};
 use crate::line::{Line, is_line};
 use crate::noise::{Deformation, Noisy, Spread, Trust, believed_drift, lag_one};
 use crate::poses::{Shape, chained, chained_from_the_best, rebase_to, settle, spread};
@@ -62,6 +63,8 @@ pub struct BodyMotion<'r> {
     at_rest: bool,
     covariances: OnceLock<Vec<Matrix6<f64>>>,
     path: OnceLock<Path>,
+    rows: OnceLock<Option<RowsAsSeen>>,
+    maps: OnceLock<Maps>,
     start_covariance: Option<Matrix6<f64>>,
 }
 
@@ -205,6 +208,8 @@ impl<'r> BodyMotion<'r> {
             at_rest: false,
             covariances: OnceLock::new(),
             path: OnceLock::new(),
+            rows: OnceLock::new(),
+            maps: OnceLock::new(),
             start_covariance: None,
         }
     }
@@ -524,6 +529,17 @@ impl<'r> BodyMotion<'r> {
     /// The way that its features travelled through all frames.
     pub(crate) fn path(&self) -> Path {
         *self.path.get_or_init(|| Path::observed(&self.tracks, &(0..self.tracks.frames()).collect::<Vec<_>>()))
+    }
+
+    /// Its features' positions in the recording's coordinates, in rows; `None` where one is missing, or for very many.
+    pub(crate) fn rows_as_seen(&self) -> Option<&RowsAsSeen> {
+        self.rows.get_or_init(|| rows_as_seen(&self.tracks)).as_ref()
+    }
+
+    /// `body_from_recording` of all frames, all of which must be posed.
+    pub(crate) fn maps_from_recording(&self) -> &Maps {
+        let inverse = |frame: usize| self.poses[frame].unwrap_or_default().inverse();
+        self.maps.get_or_init(|| Maps::of(&(0..self.poses.len()).collect::<Vec<_>>(), inverse))
     }
 
     /// The first frame in which the body has a pose: there its coordinates are the recording's.

@@ -3,13 +3,16 @@
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
 #![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
+mod aligned;
 mod summary;
 
 pub use summary::Summary;
 
+use aligned::Aligned;
+
 use std::cell::Cell;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use bytemuck::cast_slice;
 use nalgebra::Point3;
@@ -20,6 +23,10 @@ use crate::{Extents, Pose, Tracks};
 
 /// Frames that are taken together: the lanes of the widest registers.
 const BLOCK: usize = 8;
+/// Numbers of the maps of a block.
+const MAP: usize = 12 * BLOCK;
+/// Blocks whose maps the fastest cache holds beside positions.
+const TILE: usize = 16;
 /// Blocks whose rows are written together, so that each row is visited for more than one register.
 const TOGETHER: usize = 4;
 
@@ -64,52 +71,88 @@ impl Rows<'_> {
     }
 }
 
+/// Rotations row by row, then translations, of eight frames each; what is filled up is the first frame.
+#[derive(Debug, Clone)]
+pub(crate) struct Maps(Arc<Aligned>);
+
+impl Maps {
+    /// Of the `pose` of each of some frames.
+    pub(crate) fn of(frames: &[usize], pose: impl Fn(usize) -> Pose) -> Self {
+        let row = frames.len().next_multiple_of(BLOCK);
+        let mut maps = Aligned::zeros(MAP * row / BLOCK);
+        for index in 0..row {
+            let pose = pose(frames[if index < frames.len() { index } else { 0 }]);
+            let (maps, lane) = (&mut maps[index / BLOCK * MAP..][..MAP], index % BLOCK);
+            let rotation = pose.rotation.to_rotation_matrix();
+            for k in 0..9 {
+                maps[k * BLOCK + lane] = rotation[(k / 3, k % 3)];
+            }
+            for axis in 0..3 {
+                maps[(9 + axis) * BLOCK + lane] = pose.translation.vector[axis];
+            }
+        }
+        Self(Arc::new(maps))
+    }
+}
+
+/// Positions in the recording's coordinates, in rows.
+#[derive(Debug, Clone)]
+pub(crate) struct RowsAsSeen(Aligned);
+
+/// The positions of all features in all frames as the recording has them, in rows; `None` where one is missing, or where
+/// there are so many that they are not kept.
+pub(crate) fn rows_as_seen(tracks: &Tracks) -> Option<RowsAsSeen> {
+    let frames: Vec<usize> = (0..tracks.frames()).collect();
+    let (features, row) = (tracks.features(), frames.len().next_multiple_of(BLOCK));
+    if 3 * features * row > KEPT || !shows_all(tracks, &frames) {
+        return None;
+    }
+    let mut numbers = Aligned::zeros(3 * features * row);
+    Arch::new().dispatch(Place { tracks, frames: &frames, maps: None, features: 0..features, numbers: &mut numbers });
+    Some(RowsAsSeen(numbers))
+}
+
+/// Whether there are features, all of which are seen in each of some frames.
+fn shows_all(tracks: &Tracks, frames: &[usize]) -> bool {
+    let features = tracks.features();
+    features > 0 && frames.iter().all(|&frame| tracks.seen_count(frame) == features)
+}
+
 /// What columns are computed from, and the columns themselves unless these are many.
 #[derive(Debug, Clone)]
 pub(crate) struct Placed {
-    /// Rotations row by row, then translations, of eight frames each.
-    maps: Vec<[[f64; BLOCK]; 12]>,
-    weights: Vec<f64>,
+    maps: Maps,
+    weights: Aligned,
     numbers: Option<Buffer>,
     summaries: OnceLock<Vec<Summary>>,
 }
 
 impl Placed {
-    /// A body's features where the `pose` `target_from_recording` of each of some frames puts them; `None` unless all are seen in
-    /// all of these frames.
-    pub(crate) fn of(tracks: &Tracks, frames: &[usize], pose: impl Fn(usize) -> Pose) -> Option<Self> {
-        let features = tracks.features();
-        if frames.is_empty() || features == 0 || frames.iter().any(|&frame| tracks.seen_count(frame) < features) {
+    /// A body's features where the poses `target_from_recording` of some frames put them; `None` unless all are seen in
+    /// all of these frames. Rows of the recording's positions in these frames are used if they are at hand.
+    pub(crate) fn of(tracks: &Tracks, frames: &[usize], maps: Maps, seen: Option<&RowsAsSeen>) -> Option<Self> {
+        if frames.is_empty() || seen.is_none() && !shows_all(tracks, frames) {
             return None;
         }
-        let row = frames.len().next_multiple_of(BLOCK);
-        let mut weights = vec![1.0; frames.len()];
-        weights.resize(row, 0.0);
-        let mut maps = vec![[[0.0; BLOCK]; 12]; row / BLOCK];
-        for index in 0..row {
-            // What is filled up is the first frame.
-            let pose = pose(frames[if index < frames.len() { index } else { 0 }]);
-            let (maps, lane) = (&mut maps[index / BLOCK], index % BLOCK);
-            let rotation = pose.rotation.to_rotation_matrix();
-            for k in 0..9 {
-                maps[k][lane] = rotation[(k / 3, k % 3)];
-            }
-            for axis in 0..3 {
-                maps[9 + axis][lane] = pose.translation.vector[axis];
-            }
-        }
+        let (features, row) = (tracks.features(), frames.len().next_multiple_of(BLOCK));
+        let mut weights = Aligned::zeros(row);
+        weights[..frames.len()].fill(1.0);
         let mut placed = Self { maps, weights, numbers: None, summaries: OnceLock::new() };
         if 3 * features * row <= KEPT {
             let mut numbers = Buffer::of(3 * features * row);
-            placed.place(tracks, frames, 0..features, &mut numbers.0);
+            match seen {
+                Some(seen) => {
+                    Arch::new().dispatch(Turn { seen: &seen.0, maps: &placed.maps.0, numbers: &mut numbers.0 })
+                }
+                None => placed.place(tracks, frames, 0..features, &mut numbers.0),
+            }
             placed.numbers = Some(numbers);
         }
         Some(placed)
     }
 
     fn place(&self, tracks: &Tracks, frames: &[usize], features: Range<usize>, numbers: &mut [f64]) {
-        let maps = &self.maps;
-        Arch::new().dispatch(Place { tracks, frames, maps, features, numbers });
+        Arch::new().dispatch(Place { tracks, frames, maps: Some(&self.maps.0), features, numbers });
     }
 
     fn rows<'a>(&'a self, numbers: &'a [f64], feature: usize, frames: usize) -> Rows<'a> {
@@ -150,7 +193,7 @@ impl<'a> Columns<'a> {
         // Whole registers of every frame, if as many fit.
         let fit = BLOCKWISE / (3 * row);
         let together = (if fit < BLOCK { fit } else { fit / BLOCK * BLOCK }).clamp(1, features);
-        let mut numbers = vec![0.0; 3 * together * row];
+        let mut numbers = Aligned::zeros(3 * together * row);
         for first in (0..features).step_by(together) {
             let count = together.min(features - first);
             placed.place(self.tracks, self.frames, first..first + count, &mut numbers);
@@ -178,7 +221,7 @@ impl<'a> Columns<'a> {
         if let Some(numbers) = &placed.numbers {
             return look(placed.rows(&numbers.0, feature, self.frames()));
         }
-        let mut numbers = vec![0.0; 3 * placed.weights.len()];
+        let mut numbers = Aligned::zeros(3 * placed.weights.len());
         placed.place(self.tracks, self.frames, feature..feature + 1, &mut numbers);
         look(placed.rows(&numbers, 0, self.frames()))
     }
@@ -187,18 +230,16 @@ impl<'a> Columns<'a> {
 /// Room for numbers, which whoever comes next in the same thread takes over: what caches hold stays of use, and nothing
 /// is cleared that will be written.
 #[derive(Debug, Clone)]
-struct Buffer(Vec<f64>);
+struct Buffer(Aligned);
 
 thread_local! {
-    static LEFT: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
+    static LEFT: Cell<Aligned> = Cell::new(Aligned::default());
 }
 
 impl Buffer {
     /// Of so many numbers, whatever they are.
     fn of(length: usize) -> Self {
-        let mut numbers = LEFT.take();
-        numbers.resize(length, 0.0);
-        Self(numbers)
+        Self(LEFT.take().resized(length))
     }
 }
 
@@ -212,7 +253,8 @@ impl Drop for Buffer {
 struct Place<'a> {
     tracks: &'a Tracks,
     frames: &'a [usize],
-    maps: &'a [[[f64; BLOCK]; 12]],
+    /// Left out to have positions as they are.
+    maps: Option<&'a [f64]>,
     features: Range<usize>,
     numbers: &'a mut [f64],
 }
@@ -223,13 +265,13 @@ impl WithSimd for Place<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { tracks, frames, maps, features, numbers } = self;
-        let row = maps.len() * BLOCK;
+        let row = frames.len().next_multiple_of(BLOCK);
         let coordinates = 3 * features.len();
         let width = coordinates.next_multiple_of(BLOCK);
         let mut seen = vec![0.0; TOGETHER * width * BLOCK];
         for start in (0..row).step_by(TOGETHER * BLOCK) {
             let blocks = TOGETHER.min((row - start) / BLOCK);
-            let maps = &maps[start / BLOCK..];
+            let maps = maps.map(|maps| &maps[start / BLOCK * MAP..]);
             for number in 0..blocks {
                 let start = start + number * BLOCK;
                 let mut block = [&[][..]; BLOCK];
@@ -241,27 +283,78 @@ impl WithSimd for Place<'_> {
             }
             for some in (0..features.len()).step_by(BLOCK) {
                 for number in 0..blocks {
-                    let maps = &maps[number];
                     for feature in some..(some + BLOCK).min(features.len()) {
                         let seen = &seen[(number * width + 3 * feature) * BLOCK..][..3 * BLOCK];
-                        let seen = S::as_simd_f64s(seen).0;
-                        let parts = seen.len() / 3;
-                        for axis in 0..3 {
-                            let out = &mut numbers[(3 * feature + axis) * row + start + number * BLOCK..][..BLOCK];
-                            let out = S::as_mut_simd_f64s(out).0;
-                            let by_x = S::as_simd_f64s(&maps[3 * axis]).0;
-                            let by_y = S::as_simd_f64s(&maps[3 * axis + 1]).0;
-                            let by_z = S::as_simd_f64s(&maps[3 * axis + 2]).0;
-                            let shift = S::as_simd_f64s(&maps[9 + axis]).0;
-                            for part in 0..parts {
-                                let sum = simd.mul_add_e_f64s(by_x[part], seen[part], shift[part]);
-                                let sum = simd.mul_add_e_f64s(by_y[part], seen[parts + part], sum);
-                                out[part] = simd.mul_add_e_f64s(by_z[part], seen[2 * parts + part], sum);
+                        let at = start + number * BLOCK;
+                        match maps {
+                            Some(maps) => {
+                                let (of_x, rest) = numbers[3 * feature * row..][..3 * row].split_at_mut(row);
+                                let (of_y, of_z) = rest.split_at_mut(row);
+                                let out =
+                                    [&mut of_x[at..][..BLOCK], &mut of_y[at..][..BLOCK], &mut of_z[at..][..BLOCK]];
+                                let seen = [&seen[..BLOCK], &seen[BLOCK..2 * BLOCK], &seen[2 * BLOCK..]];
+                                turn(simd, &maps[number * MAP..][..MAP], seen, out);
+                            }
+                            None => {
+                                for axis in 0..3 {
+                                    numbers[(3 * feature + axis) * row + at..][..BLOCK]
+                                        .copy_from_slice(&seen[axis * BLOCK..][..BLOCK]);
+                                }
                             }
                         }
                     }
                 }
             }
+        }
+    }
+}
+
+struct Turn<'a> {
+    seen: &'a [f64],
+    maps: &'a [f64],
+    numbers: &'a mut [f64],
+}
+
+impl WithSimd for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { seen, maps, numbers } = self;
+        let row = maps.len() / MAP * BLOCK;
+        // Some frames of all features, then the next ones, so that caches hold their maps.
+        for (tile, maps) in maps.chunks(TILE * MAP).enumerate() {
+            let rows = seen.chunks_exact(3 * row).zip(numbers.chunks_exact_mut(3 * row));
+            for (seen, numbers) in rows {
+                let (start, frames) = (tile * TILE * BLOCK, maps.len() / MAP * BLOCK);
+                let [x, y, z] = [0, 1, 2].map(|axis| &seen[axis * row + start..][..frames]);
+                let (of_x, rest) = numbers.split_at_mut(row);
+                let (of_y, of_z) = rest.split_at_mut(row);
+                let [of_x, of_y, of_z] = [of_x, of_y, of_z].map(|row| &mut row[start..][..frames]);
+                let blocks = x.chunks_exact(BLOCK).zip(y.chunks_exact(BLOCK)).zip(z.chunks_exact(BLOCK));
+                let of_blocks =
+                    of_x.chunks_exact_mut(BLOCK).zip(of_y.chunks_exact_mut(BLOCK)).zip(of_z.chunks_exact_mut(BLOCK));
+                for ((map, ((x, y), z)), ((of_x, of_y), of_z)) in maps.chunks_exact(MAP).zip(blocks).zip(of_blocks) {
+                    turn(simd, map, [x, y, z], [of_x, of_y, of_z]);
+                }
+            }
+        }
+    }
+}
+
+/// Places eight positions by eight maps.
+#[inline(always)]
+fn turn<S: Simd>(simd: S, map: &[f64], seen: [&[f64]; 3], out: [&mut [f64]; 3]) {
+    let (x, y, z) = (S::as_simd_f64s(seen[0]).0, S::as_simd_f64s(seen[1]).0, S::as_simd_f64s(seen[2]).0);
+    for (axis, out) in out.into_iter().enumerate() {
+        let by_x = S::as_simd_f64s(&map[3 * axis * BLOCK..][..BLOCK]).0;
+        let by_y = S::as_simd_f64s(&map[(3 * axis + 1) * BLOCK..][..BLOCK]).0;
+        let by_z = S::as_simd_f64s(&map[(3 * axis + 2) * BLOCK..][..BLOCK]).0;
+        let shift = S::as_simd_f64s(&map[(9 + axis) * BLOCK..][..BLOCK]).0;
+        for (part, out) in S::as_mut_simd_f64s(out).0.iter_mut().enumerate() {
+            let sum = simd.mul_add_e_f64s(by_x[part], x[part], shift[part]);
+            let sum = simd.mul_add_e_f64s(by_y[part], y[part], sum);
+            *out = simd.mul_add_e_f64s(by_z[part], z[part], sum);
         }
     }
 }

@@ -246,14 +246,15 @@ fn by_coordinate<S: Simd>(simd: S, numbers: [f64; 3]) -> [S::f64s; 3] {
     registers
 }
 
-/// A frame's numbers, and its pose in the order in which registers meet them.
+/// A frame's numbers, and its pose in the order in which registers meet them; registers lie on the lines of caches.
 #[derive(Clone, Copy)]
+#[repr(C, align(64))]
 pub(crate) struct Frame<'a, S: Simd> {
-    full: &'a [S::f64s],
-    rest: &'a [f64],
     /// `turn[k][a]` of a lane that holds coordinate `b` is `R[b][a]`.
     pub(crate) turn: [[S::f64s; 3]; 3],
     shift: [S::f64s; 3],
+    full: &'a [S::f64s],
+    rest: &'a [f64],
 }
 
 impl<'a, S: Simd> Frame<'a, S> {

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use nalgebra::{Point3, Vector3, distance};
 
 use crate::answers::Answers;
-use crate::columns::Placed;
+use crate::columns::{Maps, Placed};
 use crate::flat_rows::way;
 use crate::{BodyMotion, Columns, Pose, PoseSeries, Summary, Tracks, extent, path_length};
 
@@ -164,7 +164,14 @@ impl<'m> RelativeMotion<'m> {
     /// The same, coordinate by coordinate; `None` unless every feature is seen in every frame that counts.
     pub fn columns(&self) -> Option<Columns<'_>> {
         let tracks = self.moving.tracks();
-        let placed = self.columns.get_or_init(|| Placed::of(tracks, &self.frames, |frame| self.recording_pose(frame)));
+        let placed = self.columns.get_or_init(|| {
+            // What is the same for all pairs of a body is found once.
+            if self.frames.len() == self.recording_frames() {
+                let seen = self.moving.rows_as_seen();
+                return Placed::of(tracks, &self.frames, self.reference.maps_from_recording().clone(), seen);
+            }
+            Placed::of(tracks, &self.frames, Maps::of(&self.frames, |frame| self.recording_pose(frame)), None)
+        });
         Some(Columns::new(tracks, &self.frames, placed.as_ref()?))
     }
 

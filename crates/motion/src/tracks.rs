@@ -117,15 +117,18 @@ impl Tracks {
     /// Whether the features stay in their places but for noise, metres per coordinate: not more than half of them leave
     /// it.
     pub fn rest_but_for(&self, noise: f64) -> bool {
-        /// Frames that are looked at, evenly over time: enough for the range of a coordinate.
+        /// Frames and features that are looked at, evenly: enough for the range of a coordinate, and for most features.
         const FRAMES: usize = 64;
+        const FEATURES: usize = 15;
         let frames = evenly(self.frames(), FRAMES);
         let way = |feature| frames.iter().filter_map(|&t| Some(self.get(t, feature)?.coords)).collect();
-        let ways = (0..self.features()).map(way).filter(|way: &Vec<Vector3<f64>>| !way.is_empty());
-        let seen = (0..self.features()).filter(|&f| frames.iter().any(|&t| self.is_visible(t, f)));
+        let features: Vec<usize> =
+            (0..self.features()).filter(|&f| frames.iter().any(|&t| self.is_visible(t, f))).collect();
+        let features: Vec<usize> = evenly(features.len(), FEATURES).into_iter().map(|k| features[k]).collect();
         // Once more than half move, others need not be looked at.
-        let half = seen.count() / 2;
-        ways.filter(|way| !stay_but_for(way, noise)).take(half + 1).count() <= half
+        let half = features.len() / 2;
+        let ways = features.into_iter().map(way);
+        ways.filter(|way: &Vec<Vector3<f64>>| !stay_but_for(way, noise)).take(half + 1).count() <= half
     }
 
     /// The first sample with a coordinate that is infinite or beyond measure, as (frame, feature, coordinate).

@@ -62,6 +62,8 @@ impl BodyMotion<'_> {
             at_rest: self.at_rest,
             covariances: OnceLock::from(self.pose_covariances().iter().map(carried).collect::<Vec<_>>()),
             path: OnceLock::from(self.path().scaled(factor)),
+            rows: OnceLock::new(),
+            maps: OnceLock::new(),
             start_covariance: self.start_covariance.as_ref().map(carried),
         }
     }

@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::super::Circle;
 use super::super::occupied::Degrees;
-use super::{ROUNDS, SHOWS_BITS, bits_shown, dot, minus, registers, splat};
+use super::{ROUNDS, along, bits_shown, registers, splat};
 
 /// Coefficients of an odd polynomial that is the arctangent on [0, 1] within 1e-7 degrees, the highest first.
 const ARCTANGENT: [f64; 10] = [
@@ -46,34 +46,36 @@ impl WithSimd for Kernel<'_> {
         let Self { rows: all, circle, tolerance } = self;
         let rows = registers(simd, all.coordinates);
         let weights = S::as_simd_f64s(all.weights).0;
-        let centre = splat(simd, circle.centre.coords.into());
-        let x_axis = splat(simd, (circle.x_axis.into_inner() / circle.radius).into());
-        let y_axis = splat(simd, (circle.normal.cross(&circle.x_axis) / circle.radius).into());
+        let [x_axis, y_axis] =
+            [circle.x_axis.into_inner(), circle.normal.cross(&circle.x_axis)].map(|axis| axis / circle.radius);
+        let (x_shift, y_shift) = (-x_axis.dot(&circle.centre.coords), -y_axis.dot(&circle.centre.coords));
+        let (x_shift, y_shift) = (simd.splat_f64s(x_shift), simd.splat_f64s(y_shift));
+        let (x_axis, y_axis) = (splat(simd, x_axis.into()), splat(simd, y_axis.into()));
         let zero = simd.splat_f64s(0.0);
         // Squared radii tell as well what is near the circle, without a root.
         let nearest = simd.splat_f64s((1.0 - tolerance).max(0.0).powi(2));
         let farthest = simd.splat_f64s((1.0 + tolerance).powi(2));
-        let (rounds, near, shown) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(NEAR), simd.splat_f64s(SHOWS_BITS));
-        let (one, vague) = (simd.splat_f64s(1.0), simd.splat_f64s(VAGUE));
+        let (rounds, half, sure) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(0.5), simd.splat_f64s(0.5 - NEAR));
+        let vague = simd.splat_f64s(ROUNDS + VAGUE);
         let mut inside = zero;
         let mut degrees = Degrees::default();
         let mut wholes = [0.0; TOGETHER];
         for start in (0..weights.len()).step_by(TOGETHER / S::F64_LANES) {
             let registers = (TOGETHER / S::F64_LANES).min(weights.len() - start);
             for (k, of_register) in (start..).zip(&mut S::as_mut_simd_f64s(&mut wholes).0[..registers]) {
-                let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], centre);
-                let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
+                let place = [rows[0][k], rows[1][k], rows[2][k]];
+                let (x, y) = (along(simd, x_axis, place, x_shift), along(simd, y_axis, place, y_shift));
                 let square = simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y));
                 let counts = simd.select_f64s(simd.less_than_or_equal_f64s(square, farthest), weights[k], zero);
                 let counts = simd.select_f64s(simd.less_than_or_equal_f64s(nearest, square), counts, zero);
                 inside = simd.add_f64s(inside, counts);
                 let angle = in_degrees(simd, x, y);
-                let whole = simd.sub_f64s(simd.add_f64s(angle, rounds), rounds);
-                let from_whole = simd.sub_f64s(angle, whole);
-                let below = simd.less_than_f64s(from_whole, zero);
-                let floor = simd.select_f64s(below, simd.sub_f64s(whole, one), whole);
-                let is_vague = simd.less_than_f64s(simd.abs_f64s(from_whole), near);
-                *of_register = simd.add_f64s(simd.select_f64s(is_vague, vague, floor), shown);
+                // Half a degree less is rounded to the whole degree below.
+                let less = simd.sub_f64s(angle, half);
+                let whole = simd.add_f64s(less, rounds);
+                let from_middle = simd.sub_f64s(less, simd.sub_f64s(whole, rounds));
+                let is_sure = simd.less_than_f64s(simd.abs_f64s(from_middle), sure);
+                *of_register = simd.select_f64s(is_sure, whole, vague);
             }
             // What is filled up repeats the first frame, and occupies nothing new.
             for (index, whole) in (start * S::F64_LANES..).zip(&wholes[..registers * S::F64_LANES]) {

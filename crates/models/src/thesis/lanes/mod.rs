@@ -22,12 +22,11 @@ use pulp::Simd;
 
 /// Frames that are filled up together: the lanes of the widest registers.
 const BLOCK: usize = 8;
-/// Adding and subtracting this rounds to a whole number.
+/// Adding and subtracting this rounds to a whole number; adding it alone shows a small whole number in the lower bits:
+/// 3·2⁵¹.
 const ROUNDS: f64 = 6_755_399_441_055_744.0;
-/// What is added to a small whole number that its bits are to show: 2⁵².
-const SHOWS_BITS: f64 = 4_503_599_627_370_496.0;
 
-/// The whole number to which [`SHOWS_BITS`] was added.
+/// The whole number to which [`ROUNDS`] was added.
 #[inline(always)]
 fn bits_shown(number: f64) -> usize {
     (number.to_bits() & 0xFFFF_FFFF) as usize
@@ -59,13 +58,12 @@ fn dot<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> S::f64s {
     simd.mul_add_e_f64s(a[2], b[2], sum)
 }
 
-/// Vector products.
+/// Scalar products, and a constant.
 #[inline(always)]
-fn cross<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> [S::f64s; 3] {
-    let x = simd.sub_f64s(simd.mul_f64s(a[1], b[2]), simd.mul_f64s(a[2], b[1]));
-    let y = simd.sub_f64s(simd.mul_f64s(a[2], b[0]), simd.mul_f64s(a[0], b[2]));
-    let z = simd.sub_f64s(simd.mul_f64s(a[0], b[1]), simd.mul_f64s(a[1], b[0]));
-    [x, y, z]
+fn along<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3], constant: S::f64s) -> S::f64s {
+    let sum = simd.mul_add_e_f64s(a[0], b[0], constant);
+    let sum = simd.mul_add_e_f64s(a[1], b[1], sum);
+    simd.mul_add_e_f64s(a[2], b[2], sum)
 }
 
 /// Adds the weighted products `xx`, `xy`, `yy`, `xz`, `yz`, `zz`.

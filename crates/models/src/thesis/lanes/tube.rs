@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::super::prismatic::{END, Overshoot, Section};
-use super::{BLOCK, ROUNDS, SHOWS_BITS, bits_shown, cross, dot, minus, registers, splat};
+use super::{BLOCK, ROUNDS, bits_shown, dot, minus, registers, splat};
 
 /// What is counted along a tube.
 pub(in super::super) struct Tallied {
@@ -27,6 +27,8 @@ const SECTIONS_BESIDE: usize = 128;
 const KINDS: usize = 4;
 /// Points that are placed before any is counted.
 const TOGETHER: usize = 256;
+/// A little less than half, so that whole numbers less it are rounded up.
+const HALF: f64 = 0.5 - 1e-12;
 const LANES: [f64; BLOCK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 impl Tallied {
@@ -84,25 +86,30 @@ impl WithSimd for Kernel<'_> {
         let start_place = splat(simd, all.point(0).coords.into());
         let length = tallied.line.norm();
         let direction = splat(simd, (tallied.line / (length * length)).into());
-        let (zero, radius) = (simd.splat_f64s(0.0), simd.splat_f64s(tallied.radius * tallied.radius));
+        let back = splat(simd, (-tallied.line).into());
+        let (zero, radius) = (simd.splat_f64s(0.0), simd.splat_f64s((tallied.radius * length).powi(2)));
         let gone = S::as_mut_simd_f64s(&mut tallied.gone).0;
         let drops = tallied.overshoot == Overshoot::Drop;
-        let (one, two, end) = (simd.splat_f64s(1.0), simd.splat_f64s(2.0), simd.splat_f64s(END));
+        let (two, end) = (simd.splat_f64s(2.0), simd.splat_f64s(END));
         let sections = tallied.sections as f64;
         let (parts, last) = (simd.splat_f64s(sections), simd.splat_f64s(sections - 1.0));
-        let (rounds, shown) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(SHOWS_BITS));
+        let (rounds, half) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(HALF));
         // Lanes count side by side, so that no count waits for another.
         let beside = beside(tallied.sections);
         let per_kind = simd.splat_f64s(beside as f64);
         let per_section = simd.splat_f64s((KINDS * beside) as f64);
         let lane = if beside == 1 { zero } else { S::as_simd_f64s(&LANES[..S::F64_LANES]).0[0] };
         let mut squares = zero;
-        let mut places = [0.0; TOGETHER];
+        let mut numbers = [0.0; TOGETHER];
         for start in (0..weights.len()).step_by(TOGETHER / S::F64_LANES) {
             let registers = (TOGETHER / S::F64_LANES).min(weights.len() - start);
-            for (k, place) in (start..).zip(&mut S::as_mut_simd_f64s(&mut places).0[..registers]) {
+            for (k, number) in (start..).zip(&mut S::as_mut_simd_f64s(&mut numbers).0[..registers]) {
                 let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], start_place);
-                let (along, off) = (dot(simd, direction, d), cross(simd, direction, d));
+                let along = dot(simd, direction, d);
+                let mut off = d;
+                for axis in 0..3 {
+                    off[axis] = simd.mul_add_e_f64s(along, back[axis], d[axis]);
+                }
                 // Squared distances tell as well what is inside, without a root.
                 let off = dot(simd, off, off);
                 squares = simd.mul_add_e_f64s(off, weights[k], squares);
@@ -113,18 +120,17 @@ impl WithSimd for Kernel<'_> {
                     counted = simd.select_f64s(simd.less_than_f64s(end, along), zero, counted);
                 }
                 let inside = simd.select_f64s(simd.less_than_f64s(off, radius), counted, zero);
-                let along = simd.min_f64s(simd.max_f64s(simd.mul_f64s(along, parts), zero), last);
-                let whole = simd.sub_f64s(simd.add_f64s(along, rounds), rounds);
-                let above = simd.less_than_f64s(along, whole);
-                let section = simd.select_f64s(above, simd.sub_f64s(whole, one), whole);
+                let place = simd.min_f64s(simd.max_f64s(simd.mul_f64s(along, parts), zero), last);
+                // Half a section less is rounded to the section's number.
+                let section = simd.sub_f64s(simd.add_f64s(simd.sub_f64s(place, half), rounds), rounds);
                 let kind = simd.mul_add_e_f64s(inside, two, counted);
                 let count = simd.mul_add_e_f64s(section, per_section, simd.mul_add_e_f64s(kind, per_kind, lane));
-                *place = simd.add_f64s(count, shown);
+                *number = simd.add_f64s(count, rounds);
             }
-            for place in &places[..registers * S::F64_LANES] {
-                tallied.counts[bits_shown(*place)] += 1;
+            for number in &numbers[..registers * S::F64_LANES] {
+                tallied.counts[bits_shown(*number)] += 1;
             }
         }
-        simd.reduce_sum_f64s(squares)
+        simd.reduce_sum_f64s(squares) / (length * length)
     }
 }
