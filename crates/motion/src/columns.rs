@@ -99,6 +99,15 @@ impl Maps {
 #[derive(Debug, Clone)]
 pub(crate) struct RowsAsSeen(Aligned);
 
+impl RowsAsSeen {
+    /// All positions multiplied by a factor.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        let mut rows = Aligned::zeros(self.0.len());
+        rows.iter_mut().zip(self.0.iter()).for_each(|(scaled, number)| *scaled = number * factor);
+        Self(rows)
+    }
+}
+
 /// The positions of all features in all frames as the recording has them, in rows; `None` where one is missing, or where
 /// there are so many that they are not kept.
 pub(crate) fn rows_as_seen(tracks: &Tracks) -> Option<RowsAsSeen> {
@@ -142,7 +151,7 @@ impl Placed {
             let mut numbers = Buffer::of(3 * features * row);
             match seen {
                 Some(seen) => {
-                    Arch::new().dispatch(Turn { seen: &seen.0, maps: &placed.maps.0, numbers: &mut numbers.0 })
+                    Arch::new().dispatch(Turn { seen: &seen.0, maps: &placed.maps.0, numbers: &mut numbers.0 });
                 }
                 None => placed.place(tracks, frames, 0..features, &mut numbers.0),
             }

@@ -308,9 +308,7 @@ fn sums_of_registers<S: Simd>(
         }
     }
     let sums = S::as_mut_simd_f64s(sums).0;
-    for k in 0..sums.len() {
-        sums[k] = left[k];
-    }
+    sums.copy_from_slice(&left[..sums.len()]);
 }
 
 /// Poses of a block of frames.

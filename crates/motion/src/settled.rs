@@ -1,7 +1,6 @@
 //! The shape that thesis registrations do not fit, settled on the side, and the noise that residuals from it show.
 
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
-#![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
 use nalgebra::{Point3, Vector3};
 use pulp::Simd;
@@ -93,7 +92,9 @@ fn further<'t>(tracks: &'t Tracks, mut places: Shape, poses: &[Option<Pose>], mu
         let freedom = (3.0 * features as f64 - 6.0).max(1.0);
         let rests = error_of_shape.powi(2) * features as f64 <= CLOSE * freedom * spread(&shape).trace();
         if rests || round == ROUNDS {
-            largest.iter_mut().for_each(|(_, largest)| *largest += error);
+            for (_, largest) in &mut largest {
+                *largest += error;
+            }
             rebase(&mut [start], &mut shape);
             return Settled { shape, noisy, largest };
         }

@@ -40,7 +40,7 @@ pub(crate) fn measure(document: &mut Document) {
             3.0,
             "×",
             measured,
-            "registration reads all positions several times, and trajectories are placed anew for every look at all of them",
+            "trajectories that nobody keeps are placed anew for every look at all of them, five times",
         );
     }
     match peak {

@@ -108,7 +108,7 @@ fn one_pair(document: &mut Document) {
             Wanted::AtLeast(60.0),
             "×",
             measured,
-            "registrations tell the noise besides, which numpy does not, and every model goes over all positions",
+            "registrations tell the noise besides, which numpy does not; after a pause everything comes from memory first; and roots, quotients and angles of every position",
         );
     }
     for name in ["ours", "ours, chained"] {
@@ -154,7 +154,7 @@ fn all_pairs(document: &mut Document) {
             Wanted::AtLeast(150.0),
             "×",
             measured,
-            "each model goes over all positions on its own, several times",
+            "trajectories larger than caches, over which each model goes on its own; exact extents; angles of every position",
         );
     }
     if let Some(measured) = times.ratio("one thread, awaited", "two threads") {

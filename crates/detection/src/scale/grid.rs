@@ -33,6 +33,10 @@ pub(crate) fn over_the_grid(
 ) -> GridFit {
     let (reference, moving) = (plain.reference(), plain.moving());
     let factors = settings.factors();
+    if !evidence {
+        // Once they were looked at coordinate by coordinate, positions at all scales are.
+        _ = plain.columns();
+    }
     let at = |&factor: &f64| {
         let scaled = moving.scaled(factor);
         let motion = if evidence {

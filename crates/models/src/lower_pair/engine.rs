@@ -96,6 +96,8 @@ pub(super) struct Fit<'a> {
     problem: Problem<'a>,
     linear: Linearisation,
     state: State,
+    /// What the best fit of a few of the frames left per frame; 0 where there was none.
+    left_of_few: f64,
 }
 
 impl<'a> Fit<'a> {
@@ -119,8 +121,9 @@ impl<'a> Fit<'a> {
         let mut found = Fit::best_of(Problem::of(mechanism, &poses_of_few, whitening_of_few.into()), thinned)?;
         found.settle();
         let (start, positions) = begun(&found.state.placement);
+        let left_of_few = found.state.cost / few.len() as f64;
         let (state, linear) = (State::new(&problem, start, positions), problem.linearisation());
-        state.cost.is_finite().then_some(Self { problem, linear, state })
+        state.cost.is_finite().then_some(Self { problem, linear, state, left_of_few })
     }
 
     fn best_of(problem: Problem<'a>, starts: impl Iterator<Item = (Placement, Vec<Vector3<f64>>)>) -> Option<Self> {
@@ -137,7 +140,7 @@ impl<'a> Fit<'a> {
                 best = Some(state);
             }
         }
-        Some(Self { state: best?, problem, linear })
+        Some(Self { state: best?, problem, linear, left_of_few: 0.0 })
     }
 
     /// Iterates until nothing is left to gain.
@@ -145,10 +148,14 @@ impl<'a> Fit<'a> {
         self.state.iterate(&self.problem, &mut self.linear, ITERATIONS, 0.0);
     }
 
-    /// Iterates until the normal equations promise no more than a share of the cost, and gives the cost per frame.
+    /// Iterates until no more than a share of the cost may be left to gain, and gives the cost per frame: as the normal
+    /// equations promise, or as the best fit of a few of the frames, spread evenly over all, leaves.
     pub(super) fn settle_roughly(&mut self, share: f64) -> f64 {
-        self.state.iterate(&self.problem, &mut self.linear, ITERATIONS, share);
-        self.state.cost / self.problem.poses.len() as f64
+        let frames = self.problem.poses.len() as f64;
+        if self.state.cost / frames * (1.0 - share) > self.left_of_few {
+            self.state.iterate(&self.problem, &mut self.linear, ITERATIONS, share);
+        }
+        self.state.cost / frames
     }
 
     /// Goes on with other weights.

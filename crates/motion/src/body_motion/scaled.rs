@@ -60,9 +60,15 @@ impl BodyMotion<'_> {
             pose_radius: factor * self.pose_radius,
             play: self.play,
             at_rest: self.at_rest,
-            covariances: OnceLock::from(self.pose_covariances().iter().map(carried).collect::<Vec<_>>()),
+            covariances: self
+                .covariances
+                .get()
+                .map_or_else(OnceLock::new, |known| OnceLock::from(known.iter().map(carried).collect::<Vec<_>>())),
             path: OnceLock::from(self.path().scaled(factor)),
-            rows: OnceLock::new(),
+            rows: self
+                .rows
+                .get()
+                .map_or_else(OnceLock::new, |known| OnceLock::from(known.as_ref().map(|rows| rows.scaled(factor)))),
             maps: OnceLock::new(),
             start_covariance: self.start_covariance.as_ref().map(carried),
         }

@@ -63,7 +63,7 @@ mod tests {
             numbers.iter_mut().zip(1..).for_each(|(number, k)| *number = f64::from(k));
             let copy = numbers.clone().resized(length);
             assert_eq!(numbers[..], copy[..]);
-            assert!([&numbers, &copy].iter().all(|numbers| numbers.as_ptr() as usize % LINE == 0));
+            assert!([&numbers, &copy].iter().all(|numbers| (numbers.as_ptr() as usize).is_multiple_of(LINE)));
         }
     }
 }

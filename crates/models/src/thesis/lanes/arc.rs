@@ -23,7 +23,7 @@ const ARCTANGENT: [f64; 10] = [
 /// Distance from a whole degree, in degrees, within which that polynomial does not tell which degree it is.
 const NEAR: f64 = 1e-5;
 /// What is put down instead of the degree then.
-const VAGUE: f64 = 500.0;
+const VAGUE: u16 = 500;
 /// Points whose degrees are found before any is put down.
 const TOGETHER: usize = 256;
 
@@ -56,7 +56,7 @@ impl WithSimd for Kernel<'_> {
         let nearest = simd.splat_f64s((1.0 - tolerance).max(0.0).powi(2));
         let farthest = simd.splat_f64s((1.0 + tolerance).powi(2));
         let (rounds, half, sure) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(0.5), simd.splat_f64s(0.5 - NEAR));
-        let vague = simd.splat_f64s(ROUNDS + VAGUE);
+        let vague = simd.splat_f64s(ROUNDS + f64::from(VAGUE));
         let mut inside = zero;
         let mut degrees = Degrees::default();
         let mut wholes = [0.0; TOGETHER];
@@ -80,7 +80,7 @@ impl WithSimd for Kernel<'_> {
             // What is filled up repeats the first frame, and occupies nothing new.
             for (index, whole) in (start * S::F64_LANES..).zip(&wholes[..registers * S::F64_LANES]) {
                 let degree = bits_shown(*whole);
-                if degree < VAGUE as usize {
+                if degree < usize::from(VAGUE) {
                     degrees.occupy_degree(degree);
                 } else {
                     let (x, y) = circle.on_unit_circle(&all.point(index));

@@ -1,5 +1,7 @@
 //! Eigenvectors of many symmetric 3×3 matrices at a time.
 
+#![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
+
 use nalgebra::{Matrix3, Unit, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 

@@ -16,7 +16,7 @@ pub(in super::super) struct Tallied {
     pub overshoot: Overshoot,
     sections: usize,
     /// Points of every kind in every section, for every lane if lanes count side by side.
-    counts: Vec<u64>,
+    counts: Vec<usize>,
     /// Shares of the line that the features have gone since the first frame, summed up, by frame.
     gone: Vec<f64>,
 }
@@ -46,9 +46,8 @@ impl Tallied {
     /// What was counted in every section.
     pub(in super::super) fn sections(&self) -> Vec<Section> {
         let beside = beside(self.sections);
-        let of_kind =
-            |counts: &[u64], kind: usize| counts[kind * beside..(kind + 1) * beside].iter().sum::<u64>() as usize;
-        let of_section = |counts: &[u64]| Section::new(of_kind(counts, 1) + of_kind(counts, 3), of_kind(counts, 3));
+        let of_kind = |counts: &[usize], kind: usize| counts[kind * beside..(kind + 1) * beside].iter().sum::<usize>();
+        let of_section = |counts: &[usize]| Section::new(of_kind(counts, 1) + of_kind(counts, 3), of_kind(counts, 3));
         self.counts.chunks_exact(KINDS * beside).map(of_section).collect()
     }
 
