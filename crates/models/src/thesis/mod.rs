@@ -29,7 +29,7 @@ pub use q_function::q_function;
 pub use revolute::{CombineTrajectories, LoneTrajectory, ThesisRevolute};
 pub use rigid::{Distance, OverFeatures, ThesisRigid};
 
-use jointscope_motion::{RelativeMotion, Trajectory};
+use jointscope_motion::{Columns, RelativeMotion, Trajectory};
 use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 
 use crate::FitError;
@@ -62,6 +62,12 @@ fn is_still(track: &Trajectory<'_>) -> bool {
         (moved.max((p.coords - start).amax()), magnitude.max(p.coords.amax()))
     });
     moved <= ROUNDING * magnitude
+}
+
+/// A distance, or 0 where the rounding of coordinates explains it: metres.
+fn above_rounding(distance: f64, columns: Columns<'_>) -> f64 {
+    let magnitude = columns.summaries().iter().map(|known| known.magnitude).fold(0.0, f64::max);
+    if distance <= ROUNDING * magnitude { 0.0 } else { distance }
 }
 
 /// Eigenvalues and unit eigenvectors of a symmetric matrix, the largest first.

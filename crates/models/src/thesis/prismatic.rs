@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::lanes::{Tallied, along_tube};
-use super::{positions, q_function, trajectories};
+use super::{above_rounding, positions, q_function, trajectories};
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
 /// Prismatic joint: every feature moves along one straight line, all in the same direction and by the same length.
@@ -202,7 +202,7 @@ impl ThesisPrismatic {
         Some(Seen {
             cylinder_fit: self.weakest(tallied.sections()),
             mean_length: extents.iter().map(|own| own / greatest).sum::<f64>() / count,
-            off_line: (squares / (count * columns.frames() as f64)).sqrt() * tube.length,
+            off_line: above_rounding((squares / (count * columns.frames() as f64)).sqrt() * tube.length, columns),
             features: columns.features(),
             alone: 0,
             tube,

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::centre_line::{CentreLine, Centres};
 use super::lanes::{self, Turned};
 use super::{
-    AxisRadius, Circle, CircleMethod, ROUNDING, is_still, occupied, positions, principal_axes, q_function,
-    trajectories_by_feature,
+    AxisRadius, Circle, CircleMethod, ROUNDING, above_rounding, is_still, occupied, positions, principal_axes,
+    q_function, trajectories_by_feature,
 };
 use crate::{Axis, Confidence, FitError, Joint, JointFit, JointModel, Positions, joint_model};
 
@@ -252,7 +252,8 @@ fn turned(
             sum += off;
         }
     });
-    (positions::unwrapped(motion, &turned), (sum / (arcs.len() * columns.frames()) as f64).sqrt())
+    let off = (sum / (arcs.len() * columns.frames()) as f64).sqrt();
+    (positions::unwrapped(motion, &turned), above_rounding(off, columns))
 }
 
 /// Root mean square distance of the samples from their features' circles about a common axis, metres.
