@@ -87,8 +87,8 @@ fn further<'t>(tracks: &'t Tracks, mut places: Shape, poses: &[Option<Pose>], mu
         let features = counts.iter().filter(|count| **count > 0.0).count();
         let noisy = Noisy::of(&frames, less, features, tracks);
         let error = change(&places, &shape);
-        // The shape that frames were registered to may be a single frame.
-        let error_of_shape = error.max(noisy.typical.unwrap_or(0.0));
+        // The shape that frames were registered to may be a single frame at first.
+        let error_of_shape = if round == 1 { error.max(noisy.typical.unwrap_or(0.0)) } else { error };
         let freedom = (3.0 * features as f64 - 6.0).max(1.0);
         let rests = error_of_shape.powi(2) * features as f64 <= CLOSE * freedom * spread(&shape).trace();
         if rests || round == ROUNDS {
