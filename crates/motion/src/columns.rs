@@ -95,16 +95,17 @@ impl Maps {
     }
 }
 
-/// Positions in the recording's coordinates, in rows.
+/// Positions in the recording's coordinates, in rows, to be multiplied by a factor.
 #[derive(Debug, Clone)]
-pub(crate) struct RowsAsSeen(Aligned);
+pub(crate) struct RowsAsSeen {
+    numbers: Arc<Aligned>,
+    factor: f64,
+}
 
 impl RowsAsSeen {
     /// All positions multiplied by a factor.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
-        let mut rows = Aligned::zeros(self.0.len());
-        rows.iter_mut().zip(self.0.iter()).for_each(|(scaled, number)| *scaled = number * factor);
-        Self(rows)
+        Self { numbers: self.numbers.clone(), factor: factor * self.factor }
     }
 }
 
@@ -118,7 +119,7 @@ pub(crate) fn rows_as_seen(tracks: &Tracks) -> Option<RowsAsSeen> {
     }
     let mut numbers = Aligned::zeros(3 * features * row);
     Arch::new().dispatch(Place { tracks, frames: &frames, maps: None, features: 0..features, numbers: &mut numbers });
-    Some(RowsAsSeen(numbers))
+    Some(RowsAsSeen { numbers: Arc::new(numbers), factor: 1.0 })
 }
 
 /// Whether there are features, all of which are seen in each of some frames.
@@ -151,7 +152,7 @@ impl Placed {
             let mut numbers = Buffer::of(3 * features * row);
             match seen {
                 Some(seen) => {
-                    Arch::new().dispatch(Turn { seen: &seen.0, maps: &placed.maps.0, numbers: &mut numbers.0 });
+                    Arch::new().dispatch(Turn { seen, maps: &placed.maps.0, numbers: &mut numbers.0 });
                 }
                 None => placed.place(tracks, frames, 0..features, &mut numbers.0),
             }
@@ -302,7 +303,7 @@ impl WithSimd for Place<'_> {
                                 let out =
                                     [&mut of_x[at..][..BLOCK], &mut of_y[at..][..BLOCK], &mut of_z[at..][..BLOCK]];
                                 let seen = [&seen[..BLOCK], &seen[BLOCK..2 * BLOCK], &seen[2 * BLOCK..]];
-                                turn(simd, &maps[number * MAP..][..MAP], seen, out);
+                                turn(simd, &maps[number * MAP..][..MAP], 1.0, seen, out);
                             }
                             None => {
                                 for axis in 0..3 {
@@ -319,7 +320,7 @@ impl WithSimd for Place<'_> {
 }
 
 struct Turn<'a> {
-    seen: &'a [f64],
+    seen: &'a RowsAsSeen,
     maps: &'a [f64],
     numbers: &'a mut [f64],
 }
@@ -329,7 +330,7 @@ impl WithSimd for Turn<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { seen, maps, numbers } = self;
+        let Self { seen: RowsAsSeen { numbers: seen, factor }, maps, numbers } = self;
         let row = maps.len() / MAP * BLOCK;
         // Some frames of all features, then the next ones, so that caches hold their maps.
         for (tile, maps) in maps.chunks(TILE * MAP).enumerate() {
@@ -344,28 +345,39 @@ impl WithSimd for Turn<'_> {
                 let of_blocks =
                     of_x.chunks_exact_mut(BLOCK).zip(of_y.chunks_exact_mut(BLOCK)).zip(of_z.chunks_exact_mut(BLOCK));
                 for ((map, ((x, y), z)), ((of_x, of_y), of_z)) in maps.chunks_exact(MAP).zip(blocks).zip(of_blocks) {
-                    turn(simd, map, [x, y, z], [of_x, of_y, of_z]);
+                    turn(simd, map, *factor, [x, y, z], [of_x, of_y, of_z]);
                 }
             }
         }
     }
 }
 
-/// Places eight positions by eight maps.
+/// Places eight positions, multiplied by a factor, by eight maps.
 #[inline(always)]
-fn turn<S: Simd>(simd: S, map: &[f64], seen: [&[f64]; 3], out: [&mut [f64]; 3]) {
+fn turn<S: Simd>(simd: S, map: &[f64], factor: f64, seen: [&[f64]; 3], out: [&mut [f64]; 3]) {
     let (x, y, z) = (S::as_simd_f64s(seen[0]).0, S::as_simd_f64s(seen[1]).0, S::as_simd_f64s(seen[2]).0);
-    for (axis, out) in out.into_iter().enumerate() {
-        let by_x = S::as_simd_f64s(&map[3 * axis * BLOCK..][..BLOCK]).0;
-        let by_y = S::as_simd_f64s(&map[(3 * axis + 1) * BLOCK..][..BLOCK]).0;
-        let by_z = S::as_simd_f64s(&map[(3 * axis + 2) * BLOCK..][..BLOCK]).0;
-        let shift = S::as_simd_f64s(&map[(9 + axis) * BLOCK..][..BLOCK]).0;
-        for (part, out) in S::as_mut_simd_f64s(out).0.iter_mut().enumerate() {
-            let sum = simd.mul_add_e_f64s(by_x[part], x[part], shift[part]);
-            let sum = simd.mul_add_e_f64s(by_y[part], y[part], sum);
-            *out = simd.mul_add_e_f64s(by_z[part], z[part], sum);
-        }
+    let [of_x, of_y, of_z] = out;
+    let (of_x, of_y, of_z) = (S::as_mut_simd_f64s(of_x).0, S::as_mut_simd_f64s(of_y).0, S::as_mut_simd_f64s(of_z).0);
+    let factor = simd.splat_f64s(factor);
+    for part in 0..x.len() {
+        let (x, y, z) =
+            (simd.mul_f64s(factor, x[part]), simd.mul_f64s(factor, y[part]), simd.mul_f64s(factor, z[part]));
+        of_x[part] = placed(simd, map, 0, part, [x, y, z]);
+        of_y[part] = placed(simd, map, 1, part, [x, y, z]);
+        of_z[part] = placed(simd, map, 2, part, [x, y, z]);
     }
+}
+
+/// A coordinate of a register of placed positions, `part` being the register's place in its block.
+#[inline(always)]
+fn placed<S: Simd>(simd: S, map: &[f64], axis: usize, part: usize, [x, y, z]: [S::f64s; 3]) -> S::f64s {
+    let by_x = S::as_simd_f64s(&map[3 * axis * BLOCK..][..BLOCK]).0[part];
+    let by_y = S::as_simd_f64s(&map[(3 * axis + 1) * BLOCK..][..BLOCK]).0[part];
+    let by_z = S::as_simd_f64s(&map[(3 * axis + 2) * BLOCK..][..BLOCK]).0[part];
+    let shift = S::as_simd_f64s(&map[(9 + axis) * BLOCK..][..BLOCK]).0[part];
+    let sum = simd.mul_add_e_f64s(by_x, x, shift);
+    let sum = simd.mul_add_e_f64s(by_y, y, sum);
+    simd.mul_add_e_f64s(by_z, z, sum)
 }
 
 /// Puts the numbers of several frames side by side: `out` has a block for every coordinate.

@@ -58,7 +58,8 @@ impl WithSimd for Covariances<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         // What was written number by number is not read as a register at once.
         let mut rows = [[0.0; BATCH]; 9];
-        let (mut quaternions, mut eigenvalues, mut gaps) = ([[0.0; BATCH]; 4], [0.0; BATCH], [0.0; BATCH]);
+        let (mut quaternions, mut trusted) = ([[0.0; BATCH]; 4], [0.0; BATCH]);
+        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
         for (batch, rotations) in self.covariances.chunks(BATCH).zip(self.rotations.chunks_mut(BATCH)) {
             for (lane, covariance) in batch.iter().enumerate() {
                 // Column by column.
@@ -83,12 +84,12 @@ impl WithSimd for Covariances<'_> {
                     for k in 0..4 {
                         S::as_mut_simd_f64s(&mut quaternions[k]).0[pair + part] = quaternion[k];
                     }
-                    S::as_mut_simd_f64s(&mut eigenvalues).0[pair + part] = eigenvalue;
-                    S::as_mut_simd_f64s(&mut gaps).0[pair + part] = gap;
+                    S::as_mut_simd_f64s(&mut trusted).0[pair + part] =
+                        simd.select_f64s(have_digits(simd, gap, eigenvalue), one, zero);
                 }
             }
             for (lane, rotation) in rotations.iter_mut().enumerate() {
-                *rotation = if has_digits(gaps[lane], eigenvalues[lane]) {
+                *rotation = if trusted[lane] > 0.0 {
                     let [w, x, y, z] = &quaternions;
                     Some(UnitQuaternion::new_unchecked(Quaternion::new(w[lane], x[lane], y[lane], z[lane])))
                 } else {
@@ -99,14 +100,7 @@ impl WithSimd for Covariances<'_> {
     }
 }
 
-/// Whether a rotation found in lanes has all its digits.
-#[inline(always)]
-fn has_digits(gap: f64, eigenvalue: f64) -> bool {
-    // Neither holds of what is not a number.
-    gap > LEAST_GAP && EIGENVALUES.contains(&eigenvalue)
-}
-
-/// Which lanes' rotations have all their digits.
+/// Which lanes' rotations have all their digits; none that are not numbers.
 #[inline(always)]
 pub(crate) fn have_digits<S: Simd>(simd: S, gap: S::f64s, eigenvalue: S::f64s) -> S::m64s {
     let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
