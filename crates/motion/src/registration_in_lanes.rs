@@ -296,6 +296,13 @@ fn sums_of_registers<S: Simd>(
     registers: &[S::f64s; BLOCK],
     sums: &mut [f64; BLOCK],
 ) {
+    if S::F64_LANES < BLOCK {
+        // Narrow registers are summed up in as few instructions alone.
+        for lane in 0..BLOCK {
+            sums[lane] = simd.reduce_sum_f64s(registers[lane]);
+        }
+        return;
+    }
     let mut left = *registers;
     let mut count = BLOCK;
     for bit in 0..S::F64_LANES.trailing_zeros() as usize {
@@ -307,8 +314,7 @@ fn sums_of_registers<S: Simd>(
             left[k] = simd.add_f64s(stays, comes);
         }
     }
-    let sums = S::as_mut_simd_f64s(sums).0;
-    sums.copy_from_slice(&left[..sums.len()]);
+    S::as_mut_simd_f64s(sums).0[0] = left[0];
 }
 
 /// Poses of a block of frames.
