@@ -40,7 +40,7 @@ pub(crate) fn measure(document: &mut Document) {
             3.0,
             "×",
             measured,
-            "trajectories that nobody keeps are placed anew for every look at all of them, five times",
+            "trajectories that nobody keeps are placed anew for every look at all of them, four times",
         );
     }
     match peak {

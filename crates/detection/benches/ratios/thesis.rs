@@ -108,7 +108,7 @@ fn one_pair(document: &mut Document) {
             Wanted::AtLeast(60.0),
             "×",
             measured,
-            "registrations tell the noise besides, which numpy does not; after a pause everything comes from memory first; and roots, quotients and angles of every position",
+            "registrations tell the noise besides, which numpy does not; roots, quotients and angles of every position",
         );
     }
     for name in ["ours", "ours, chained"] {

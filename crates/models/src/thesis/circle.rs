@@ -53,7 +53,7 @@ impl Circle {
         let covariance =
             points.iter().map(|p| p.coords - centroid).map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / count;
         let magnitude = points.iter().fold(0.0_f64, |m, p| m.max(p.coords.amax()));
-        let plane = Plane::spread_by(covariance.trace(), magnitude, &principal_axes(covariance))?;
+        let plane = Plane::of(covariance.trace(), magnitude, &principal_axes(covariance))?;
         let [x_axis, y_axis] = plane.axes.map(|axis| axis.into_inner() / plane.unit);
         let places = points.iter().map(|p| {
             let d = p.coords - centroid;
@@ -69,7 +69,11 @@ impl Circle {
     /// The same through each of several features' positions in rows, which are known at a glance.
     pub(super) fn through_rows(rows: &[Rows<'_>], known: &[Summary], method: CircleMethod) -> Vec<Option<Self>> {
         let planes = lanes::principal_axes(&known.iter().map(|known| known.covariance).collect::<Vec<_>>());
-        let planes = known.iter().zip(&planes).map(|(known, axes)| Plane::of(known, axes)).collect::<Vec<_>>();
+        let planes = known
+            .iter()
+            .zip(&planes)
+            .map(|(known, axes)| Plane::of(known.covariance.trace(), known.magnitude, axes))
+            .collect::<Vec<_>>();
         let moments = planes.iter().zip(rows).zip(known).map(|((plane, rows), known)| {
             let plane = plane.as_ref()?;
             let axes = plane.axes.map(|axis| axis.into_inner() / plane.unit);
@@ -110,12 +114,8 @@ struct Plane {
 }
 
 impl Plane {
-    fn of(known: &Summary, axes: &[(f64, Unit<Vector3<f64>>); 3]) -> Option<Self> {
-        Self::spread_by(known.covariance.trace(), known.magnitude, axes)
-    }
-
     /// By the trace of the covariance and its principal axes; `None` where the spread is rounding of coordinates.
-    fn spread_by(spread: f64, magnitude: f64, axes: &[(f64, Unit<Vector3<f64>>); 3]) -> Option<Self> {
+    fn of(spread: f64, magnitude: f64, axes: &[(f64, Unit<Vector3<f64>>); 3]) -> Option<Self> {
         let [(along, x_axis), (across, y_axis), _] = *axes;
         let square = (along + across) / spread;
         (spread > (ROUNDING * magnitude).powi(2)).then(|| Self { axes: [x_axis, y_axis], unit: spread.sqrt(), square })

@@ -10,10 +10,10 @@ use super::{BLOCK, ROUNDS, bits_shown, dot, minus, registers, splat};
 /// What is counted along a tube.
 pub(in super::super) struct Tallied {
     /// From the start to the end of the tube, metres.
-    pub line: Vector3<f64>,
+    line: Vector3<f64>,
     /// Its radius, in its length.
-    pub radius: f64,
-    pub overshoot: Overshoot,
+    radius: f64,
+    overshoot: Overshoot,
     sections: usize,
     /// Points of every kind in every section, for every lane if lanes count side by side.
     counts: Vec<usize>,
