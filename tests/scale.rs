@@ -134,19 +134,22 @@ fn multiplied(recording: &Recording, factor: f64) -> Recording {
     Recording::new(recording.frame_numbers().to_vec(), None, bodies.collect()).expect("a recording")
 }
 
+const THESIS: &str = "[motion]\nregistration = 'chained'\n[models.rigid]\nkind = 'thesis-rigid'\n[models.prismatic]\nkind = \
+                      'thesis-prismatic'\n[models.revolute]\nkind = 'thesis-revolute'\n[scoring]\nrule = 'cascade'\n";
+
+/// A scene of the thesis by a single camera: the body that is seen at another scale is the second one.
+fn of_the_thesis(scene: &str, seed: u64) -> Recording {
+    let options = SceneOptions { monocular: true, seed, ..SceneOptions::default() };
+    let recording = simulate(scene, &options).expect("simulated").recording;
+    let two = recording.bodies()[1..].iter().rev().cloned().collect();
+    Recording::new(recording.frame_numbers().to_vec(), None, two).expect("a recording")
+}
+
 #[test]
 fn the_grid_scores_as_separate_detections_of_multiplied_recordings() {
-    const THESIS: &str = "[motion]\nregistration = 'chained'\n[models.rigid]\nkind = 'thesis-rigid'\n[models.prismatic]\nkind = \
-                          'thesis-prismatic'\n[models.revolute]\nkind = 'thesis-revolute'\n[scoring]\nrule = 'cascade'\n";
     const GRID: &str = "[scale]\nsearch = 'grid'\nfrom = 0.9\nto = 1.0\nstep = 0.02\n";
     for (scene, joint, best) in [("laptop", "revolute", 0.94), ("drawers", "prismatic", 0.96)] {
-        let options = SceneOptions { monocular: true, ..SceneOptions::default() };
-        let recording = simulate(scene, &options).expect("simulated").recording;
-        let two = recording.bodies()[1..].to_vec();
-        let recording = Recording::new(recording.frame_numbers().to_vec(), None, two).expect("a recording");
-        // The keyboard is the one that is seen at another scale: it is to be the second body.
-        let swapped = recording.bodies().iter().rev().cloned().collect();
-        let recording = Recording::new(recording.frame_numbers().to_vec(), None, swapped).expect("a recording");
+        let recording = of_the_thesis(scene, 0);
         let found = &detect(&format!("{THESIS}{GRID}"), recording.clone())[0];
         let curve = found.scale.as_ref().and_then(|scale| scale.curve.as_ref()).expect("a curve");
         assert_eq!(curve.factors.len(), 6);
@@ -167,6 +170,34 @@ fn the_grid_scores_as_separate_detections_of_multiplied_recordings() {
         assert_eq!(found.verdict.joint, joint, "{scene}: {curve:?}");
         assert!(scale.observable && (scale.factor.expect("observable") - best).abs() < 0.021, "{scene}: {scale:?}");
     }
+}
+
+#[test]
+fn moments_lead_to_the_scales_that_the_whole_grid_finds() {
+    let mut elsewhere = Vec::new();
+    for (scene, seed) in ["laptop", "drawers"].into_iter().flat_map(|scene| (0..6).map(move |seed| (scene, seed))) {
+        let found = |search: &str| {
+            let configuration = format!("{THESIS}[scale]\nsearch = '{search}'\n");
+            let pair = detect(&configuration, of_the_thesis(scene, seed)).remove(0);
+            let scale = pair.scale.expect("sought");
+            (pair.verdict, scale.factor.expect("observable"), scale.curve.expect("a curve"))
+        };
+        let (grid, moments) = (found("grid"), found("moments"));
+        let place = format!("{scene} {seed}: {} {} of {:?}", grid.1, moments.1, moments.2.factors);
+        assert_eq!(moments.0.joint, grid.0.joint, "{place}");
+        // Joints that hardly score are not followed to their best scale, and take part in the confidence.
+        assert!(moments.0.confidence > grid.0.confidence - 0.02, "{place}");
+        assert!(grid.2.factors.len() == 101 && moments.2.factors.len() < 20, "{place}");
+        for (number, factor) in moments.2.factors.iter().enumerate() {
+            let same = grid.2.factors.iter().position(|other| other == factor).expect("of the grid");
+            for (name, scores) in &moments.2.scores {
+                assert_eq!(scores[number], grid.2.scores[name][same], "{place}: {name} at {factor}");
+            }
+        }
+        elsewhere.extend((moments.1 != grid.1).then_some(place));
+    }
+    // Scores count points, and may have a second peak.
+    assert!(elsewhere.len() < 2, "{elsewhere:?}");
 }
 
 #[test]

@@ -289,7 +289,7 @@ fn check_scale(
     let chosen = settings.search;
     let of_another = |key: &str| {
         let another = [ScaleSearch::Grid, ScaleSearch::ClosedForm].into_iter().find(|one| one.keys().contains(&key));
-        another.filter(|another| *another != chosen)
+        another.filter(|_| !chosen.keys().contains(&key))
     };
     if let Some((key, span, other)) = spans.iter().find_map(|(key, span)| Some((key, span, of_another(key)?))) {
         let (other, chosen) = (other.word(), chosen.word());
@@ -297,14 +297,14 @@ fn check_scale(
         let help = format!("take `{key}` out, or write search = \"{other}\" under [scale]");
         return Err(SettingsError::at(span.clone(), message).help(help));
     }
-    let scales = if chosen == ScaleSearch::Grid { settings.factors().len() } else { 0 };
+    let scales = if chosen.tries_scales() { settings.factors().len() } else { 0 };
     if scales > MOST {
         let message = format!("the grid has {scales} scales, more than {MOST}");
         let key = ["step", "to", "from"].into_iter().find(|key| spans.iter().any(|(name, _)| name == key));
         let help = "write a larger `step`, or bring `from` and `to` nearer to each other";
         return Err(SettingsError::at(place(key.unwrap_or("")), message).help(help));
     }
-    if settings.search == ScaleSearch::Grid && settings.to < settings.from {
+    if chosen.tries_scales() && settings.to < settings.from {
         let message = format!("`to`: {} is less than `from`, {}", settings.to, settings.from);
         return Err(SettingsError::at(place("to"), message).help("for example: from = 0.5, to = 1.5"));
     }

@@ -21,7 +21,7 @@ use one_camera::{registered, repaired, shows_scale};
 use crate::configuration::NamedModel;
 use crate::pairs::{Pair, WORLD, chosen, names_of};
 use crate::remarks::{doubts, leapt, richer_note, scale_note, told_by};
-use crate::scale::{Belief, Estimate, estimate, factors, over_the_grid, rescale, stand_in};
+use crate::scale::{Belief, factors, over_the_grid, rescale, shown_at, stand_in};
 use crate::watched::Watched;
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
 
@@ -265,7 +265,7 @@ impl Detector {
         pair.frames_used = motion.frames().len();
         let mut factors: BTreeMap<String, f64> =
             estimates.iter().map(|(name, estimate)| (name.clone(), estimate.factor())).collect();
-        let (models, verdict, taking) = if search == ScaleSearch::Grid && shows_scale(motion) {
+        let (models, verdict, taking) = if search.tries_scales() && shows_scale(motion) {
             let weigh = |motion: &RelativeMotion<'_>| self.fits(&Views::of(motion.clone()));
             let evidence = self.configuration.models.iter().any(|named| named.model.states_evidence());
             let grid = over_the_grid(motion, &self.configuration.scale, evidence, weigh);
@@ -305,11 +305,9 @@ impl Detector {
         pair.verdict = verdict;
         let winner = estimates.get(&pair.verdict.joint).copied();
         let winner = match search {
-            ScaleSearch::Grid => factors.get(&pair.verdict.joint).and_then(|factor| {
-                let belief = Belief { mean: factor.ln(), deviation: 1.0 };
-                let found = estimate(&*stand_in(pair.kind())?, motion, &[], belief)?;
-                Some(Estimate { logarithm: factor.ln(), ..found })
-            }),
+            ScaleSearch::Grid | ScaleSearch::Moments => factors
+                .get(&pair.verdict.joint)
+                .and_then(|factor| shown_at(&*stand_in(pair.kind())?, motion, factor.ln())),
             _ => winner,
         };
         if let (Some(scale), Some(found)) = (&mut pair.scale, winner.filter(|_| !swapped)) {

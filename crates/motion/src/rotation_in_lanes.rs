@@ -88,13 +88,12 @@ impl WithSimd for Covariances<'_> {
                         simd.select_f64s(have_digits(simd, gap, eigenvalue), one, zero);
                 }
             }
+            let [w, x, y, z] = &quaternions;
             for (lane, rotation) in rotations.iter_mut().enumerate() {
-                *rotation = if trusted[lane] > 0.0 {
-                    let [w, x, y, z] = &quaternions;
-                    Some(UnitQuaternion::new_unchecked(Quaternion::new(w[lane], x[lane], y[lane], z[lane])))
-                } else {
-                    rotation_of(&batch[lane])
-                };
+                *rotation = Some(UnitQuaternion::new_unchecked(Quaternion::new(w[lane], x[lane], y[lane], z[lane])));
+            }
+            for lane in (0..batch.len()).filter(|lane| trusted[*lane] == 0.0) {
+                rotations[lane] = rotation_of(&batch[lane]);
             }
         }
     }

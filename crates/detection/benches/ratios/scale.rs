@@ -33,13 +33,20 @@ pub(crate) fn measure(document: &mut Document) {
     let (recording, pool, floor) = (recording(), threads(1), beyond_caches());
     let thesis = thesis(true);
     let with = |text: &str, search: &str| detector_of(&format!("{text}\n[scale]\nsearch = \"{search}\"\n"));
-    let compared: [(&str, &str, f64, f64, &str); 2] = [
+    let compared: [(&str, &str, f64, f64, &str); 3] = [
         (
             &thesis,
             "grid",
             60.0,
             BY_THE_GRID,
             "every scale has its own trajectories, on which the models look several times",
+        ),
+        (
+            &thesis,
+            "moments",
+            10.0,
+            BY_THE_GRID,
+            "whether the scale shows at all is told by five fits of likelihood, which take most of it",
         ),
         ("", "closed-form", 10.0, EXACTLY, "every model's fit is repeated at some hundred scales"),
     ];
@@ -53,6 +60,7 @@ pub(crate) fn measure(document: &mut Document) {
         let times = alternate(document, &format!("W4, {search}"), FEW_ROUNDS, &floor, contestants);
         let what = match search {
             "grid" => "W4: thesis's scores at all 101 scales of the grid, by one detection",
+            "moments" => "W4: best scale by moments, thesis's scores there, by one detection",
             _ => "W4: scale in closed form by likelihood, by one detection by likelihood",
         };
         if let Some(measured) = times.ratio("searching", "once") {

@@ -13,6 +13,13 @@ const LEAST_STRIDE: f64 = 1e-7;
 const MOST_STRIDE: f64 = 0.3;
 /// By which share the next distance may be shorter: where costs saturate, a far parabola says little of a narrow valley.
 const NEARER: f64 = 0.125;
+/// First distance where the scale is known, looks there, and by which factor a distance may differ from the width of the
+/// valley.
+const STRIDE_BESIDE: f64 = 0.001;
+const LOOKS: usize = 4;
+const FITTING: f64 = 4.0;
+/// Deviation of the logarithm of a scale of which nothing is known beforehand.
+const ANY: f64 = 1.0;
 /// Strides towards the least cost, and rounds of parabolas through three costs.
 const STRIDES: usize = 12;
 const ROUNDS: usize = 10;
@@ -68,24 +75,20 @@ pub(crate) fn estimate(
     starts: &[f64],
     belief: Belief,
 ) -> Option<Estimate> {
-    let (reference, moving) = (plain.reference(), plain.moving());
-    let evidence_at = |logarithm: f64| -> Option<Evidence> {
-        let scaled = moving.scaled(logarithm.exp());
-        model.fit(&plain.rescaled(reference, &scaled).ok()?).ok()?.evidence
-    };
-    let before = evidence_at(belief.mean)?;
-    if before.mobility.turns + before.mobility.slides >= 6 {
+    let valley = Valley { model, plain, belief };
+    let before = valley.evidence_at(belief.mean)?;
+    if is_free(&before) {
         return Some(Estimate::none(belief));
     }
-    let prior = |x: f64| ((x - belief.mean) / belief.deviation).powi(2);
-    let cost_of = |x: f64, evidence: &Evidence| evidence.chi_squared / evidence.correlation_time + prior(x);
-    let cost = |x: f64| {
-        let found = if x.abs() > RANGE { None } else { evidence_at(x) };
-        found.map_or(f64::INFINITY, |evidence| cost_of(x, &evidence))
-    };
+    let cost = |x: f64| valley.cost(x);
     let tried = starts.iter().map(|scale| scale.ln()).filter(|x| x.abs() < RANGE).map(|x| (x, cost(x)));
-    let (mut x, mut least) = tried
-        .fold((belief.mean, cost_of(belief.mean, &before)), |best, other| if other.1 < best.1 { other } else { best });
+    let (mut x, mut least) =
+        tried.fold(
+            (belief.mean, valley.cost_of(belief.mean, &before)),
+            |best, other| if other.1 < best.1 { other } else { best },
+        );
+    // A joint that does not fit tells its scale the less exactly.
+    let misfit = valley.evidence_at(x)?.chi_squared_per_freedom().max(1.0).sqrt();
     let mut stride = STRIDE;
     let mut bend = f64::NAN;
     for _ in 0..ROUNDS {
@@ -108,7 +111,7 @@ pub(crate) fn estimate(
             continue;
         }
         let step = ((left - right) / (2.0 * stride * bend)).clamp(-stride, stride);
-        let deviation = (2.0 / bend).sqrt();
+        let deviation = misfit * (2.0 / bend).sqrt();
         let there = cost(x + step);
         if there < least {
             (x, least) = (x + step, there);
@@ -118,21 +121,78 @@ pub(crate) fn estimate(
         }
         stride = (2.0 * deviation).clamp(LEAST_STRIDE.max(NEARER * stride), MOST_STRIDE);
     }
-    if !(bend.is_finite() && bend > 0.0) {
-        return Some(Estimate::none(belief));
+    Some(valley.told(x, bend, &valley.evidence_at(x)?))
+}
+
+/// How well a joint shows a scale that was found in another way, by what it costs at scales beside it.
+///
+/// As [`estimate`], but for the scale, which stays.
+pub(crate) fn shown_at(model: &dyn JointModel, plain: &RelativeMotion<'_>, logarithm: f64) -> Option<Estimate> {
+    let valley = Valley { model, plain, belief: Belief { mean: logarithm, deviation: ANY } };
+    let here = valley.evidence_at(logarithm)?;
+    if is_free(&here) {
+        return Some(Estimate::none(valley.belief));
     }
-    let found = evidence_at(x)?;
-    let by_data = bend / 2.0 - belief.deviation.powi(-2);
-    if !(by_data.is_finite() && by_data > 0.0) {
-        return Some(Estimate::none(belief));
+    let least = valley.cost_of(logarithm, &here);
+    let mut stride = STRIDE_BESIDE;
+    let mut bend = f64::NAN;
+    for _ in 0..LOOKS {
+        bend = (valley.cost(logarithm - stride) + valley.cost(logarithm + stride) - 2.0 * least) / (stride * stride);
+        if !(bend.is_finite() && bend > 0.0) {
+            stride = (stride / NEARER).min(MOST_STRIDE);
+            continue;
+        }
+        let deviation = (2.0 / bend).sqrt();
+        if (deviation / FITTING..=deviation * FITTING).contains(&stride) {
+            break;
+        }
+        stride = deviation.clamp(LEAST_STRIDE.max(NEARER * stride), MOST_STRIDE);
     }
-    let variance = found.chi_squared_per_freedom().max(1.0) / by_data;
-    let frames = plain.pose_series().map_or(1, |series| series.poses().len()) as f64;
-    let usual = belief.deviation.powi(2);
-    Some(Estimate {
-        logarithm: x,
-        standard_error: variance.sqrt(),
-        signal: (by_data * found.correlation_time / frames).sqrt(),
-        price: (1.0 + usual / variance).ln() + (x - belief.mean).powi(2) / (usual + variance),
-    })
+    Some(valley.told(logarithm, bend, &here))
+}
+
+/// Whether a joint allows everything, so that the scale does not matter to it.
+fn is_free(evidence: &Evidence) -> bool {
+    evidence.mobility.turns + evidence.mobility.slides >= 6
+}
+
+/// What a joint costs at every scale.
+struct Valley<'a> {
+    model: &'a dyn JointModel,
+    plain: &'a RelativeMotion<'a>,
+    belief: Belief,
+}
+
+impl Valley<'_> {
+    fn evidence_at(&self, logarithm: f64) -> Option<Evidence> {
+        let scaled = self.plain.moving().scaled(logarithm.exp());
+        self.model.fit(&self.plain.rescaled(self.plain.reference(), &scaled).ok()?).ok()?.evidence
+    }
+
+    fn cost(&self, logarithm: f64) -> f64 {
+        let found = if logarithm.abs() > RANGE { None } else { self.evidence_at(logarithm) };
+        found.map_or(f64::INFINITY, |evidence| self.cost_of(logarithm, &evidence))
+    }
+
+    fn cost_of(&self, logarithm: f64, evidence: &Evidence) -> f64 {
+        let Belief { mean, deviation } = self.belief;
+        evidence.chi_squared / evidence.correlation_time + ((logarithm - mean) / deviation).powi(2)
+    }
+
+    /// What the curvature at a scale tells.
+    fn told(&self, logarithm: f64, bend: f64, found: &Evidence) -> Estimate {
+        let usual = self.belief.deviation.powi(2);
+        let by_data = bend / 2.0 - usual.recip();
+        if !(by_data.is_finite() && by_data > 0.0) {
+            return Estimate::none(self.belief);
+        }
+        let variance = found.chi_squared_per_freedom().max(1.0) / by_data;
+        let frames = self.plain.pose_series().map_or(1, |series| series.poses().len()) as f64;
+        Estimate {
+            logarithm,
+            standard_error: variance.sqrt(),
+            signal: (by_data * found.correlation_time / frames).sqrt(),
+            price: (1.0 + usual / variance).ln() + (logarithm - self.belief.mean).powi(2) / (usual + variance),
+        }
+    }
 }

@@ -1,12 +1,16 @@
-//! All scales of a range, as the thesis tries them.
+//! Scales of a range, all of them as the thesis tries them, or those that are likely.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use jointscope_motion::RelativeMotion;
 use rayon::prelude::*;
 
-use super::{ScaleCurve, ScaleSettings, ScaledBody};
+use super::moments::likely;
+use super::{ScaleCurve, ScaleSearch, ScaleSettings, ScaledBody};
 use crate::ModelFinding;
+
+/// Confidence of a joint from which its best scale is looked for beside likely ones.
+const WORTH: f64 = 0.01;
 
 /// Every model at the scale at which it scores best.
 pub(crate) struct GridFit {
@@ -14,11 +18,15 @@ pub(crate) struct GridFit {
     pub(crate) models: BTreeMap<String, ModelFinding>,
     /// Which factor of the moving body that is.
     pub(crate) factors: BTreeMap<String, f64>,
-    /// The scores at all scales.
+    /// The scores at all scales that were tried.
     pub(crate) curve: ScaleCurve,
 }
 
-/// Tries all scales; registrations are shared, since scaling turns nothing. `evidence` says whether any model states it.
+/// Tries all scales, or the likely ones; registrations are shared, since scaling turns nothing. `evidence` says whether any
+/// model states it.
+///
+/// Likely are those to which moments point, with their neighbours, and then the neighbours of each model's best scale until
+/// these are no better.
 ///
 /// The best scale of a model is that of its highest confidence; for one that states evidence, of its least misfit. Of
 /// equals, that nearest to 1.
@@ -52,35 +60,59 @@ pub(crate) fn over_the_grid(
         ScaledBody::Moving => factors.clone(),
         ScaledBody::Reference => factors.iter().map(|factor| 1.0 / factor).collect(),
     };
-    let found: Vec<BTreeMap<String, ModelFinding>> = of_moving.par_iter().map(at).collect();
+    let mut found: BTreeMap<usize, BTreeMap<String, ModelFinding>> = BTreeMap::new();
+    let mut next: BTreeSet<usize> = match settings.search {
+        ScaleSearch::Moments => likely(plain, &of_moving).into_iter().collect(),
+        _ => (0..factors.len()).collect(),
+    };
+    let mut best = BTreeMap::new();
+    while !next.is_empty() {
+        let indices: Vec<usize> = next.into_iter().collect();
+        let models: Vec<_> = indices.par_iter().map(|&index| at(&of_moving[index])).collect();
+        found.extend(indices.into_iter().zip(models));
+        best = best_of_each(&found, &of_moving);
+        let worth = |(name, index): &(&String, &usize)| score(&found[*index][*name]) >= WORTH;
+        let beside = best
+            .iter()
+            .filter(worth)
+            .flat_map(|(_, &index)| [index.saturating_sub(1), (index + 1).min(factors.len() - 1)]);
+        next = beside.filter(|index| !found.contains_key(index)).collect();
+    }
     let body = match settings.body {
         ScaledBody::Moving => moving.name(),
         ScaledBody::Reference => reference.name(),
     };
-    let mut fit = GridFit {
-        models: BTreeMap::new(),
-        factors: BTreeMap::new(),
-        curve: ScaleCurve { body: body.into(), factors, scores: BTreeMap::new() },
-    };
-    for (models, factor) in found.into_iter().zip(&of_moving) {
+    let mut scores: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for (name, finding) in found.values().flatten() {
+        scores.entry(name.clone()).or_default().push(score(finding));
+    }
+    let tried = found.keys().map(|&index| factors[index]).collect();
+    let taken = |(name, index): (&String, &usize)| Some((name.clone(), found.get_mut(index)?.remove(name)?));
+    GridFit {
+        factors: best.iter().map(|(name, &index)| (name.clone(), of_moving[index])).collect(),
+        models: best.iter().filter_map(taken).collect(),
+        curve: ScaleCurve { body: body.into(), factors: tried, scores },
+    }
+}
+
+/// At which of the scales that were tried each model does best.
+fn best_of_each(found: &BTreeMap<usize, BTreeMap<String, ModelFinding>>, factors: &[f64]) -> BTreeMap<String, usize> {
+    let mut best: BTreeMap<String, (f64, f64, usize)> = BTreeMap::new();
+    for (&index, models) in found {
         for (name, finding) in models {
-            let score = finding.as_ref().map_or(0.0, |fit| fit.confidence.value());
-            fit.curve.scores.entry(name.clone()).or_default().push(score);
-            let better = match fit.models.get(&name) {
-                None => true,
-                Some(best) => {
-                    let (old, new) = (rank(best), rank(&finding));
-                    let nearer = (factor - 1.0).abs() < (fit.factors[&name] - 1.0).abs();
-                    new < old || (new == old && nearer)
-                }
-            };
-            if better {
-                fit.factors.insert(name.clone(), *factor);
-                fit.models.insert(name, finding);
+            let this = (rank(finding), (factors[index] - 1.0).abs(), index);
+            match best.get_mut(name) {
+                Some(best) if (this.0, this.1) < (best.0, best.1) => *best = this,
+                Some(_) => {}
+                None => _ = best.insert(name.clone(), this),
             }
         }
     }
-    fit
+    best.into_iter().map(|(name, (_, _, index))| (name, index)).collect()
+}
+
+fn score(finding: &ModelFinding) -> f64 {
+    finding.as_ref().map_or(0.0, |fit| fit.confidence.value())
 }
 
 /// The less, the better.

@@ -5,6 +5,7 @@
 mod closed_form;
 mod consistent;
 mod grid;
+mod moments;
 mod one_scale;
 
 use std::collections::BTreeMap;
@@ -12,7 +13,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use closed_form::{Belief, Estimate, estimate};
+pub(crate) use closed_form::{Belief, Estimate, estimate, shown_at};
 pub(crate) use consistent::{Shown, agree, factors};
 pub(crate) use grid::over_the_grid;
 pub(crate) use one_scale::rescale;
@@ -30,6 +31,8 @@ pub enum ScaleSearch {
     None,
     /// All scales of a range are tried, as the thesis does, and the best of every joint counts.
     Grid,
+    /// As the grid, but only scales are tried to which moments of the trajectories point, and what is better beside them.
+    Moments,
     /// The scale is a parameter of every joint, fitted with a standard error; for models that state evidence.
     ClosedForm,
 }
@@ -39,9 +42,14 @@ impl ScaleSearch {
     pub fn keys(self) -> &'static [&'static str] {
         match self {
             Self::None => &[],
-            Self::Grid => &["body", "from", "to", "step"],
+            Self::Grid | Self::Moments => &["body", "from", "to", "step"],
             Self::ClosedForm => &["spread"],
         }
+    }
+
+    /// Whether scales of a range are tried.
+    pub fn tries_scales(self) -> bool {
+        matches!(self, Self::Grid | Self::Moments)
     }
 
     /// Its word in a configuration.
@@ -49,6 +57,7 @@ impl ScaleSearch {
         match self {
             Self::None => "none",
             Self::Grid => "grid",
+            Self::Moments => "moments",
             Self::ClosedForm => "closed-form",
         }
     }
@@ -69,17 +78,18 @@ pub enum ScaledBody {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScaleSettings {
-    /// "none"; "grid": all scales of a range, as the thesis; "closed-form": a parameter of every joint.
+    /// "none"; "grid": all scales of a range, as the thesis; "moments": the likely ones of these; "closed-form": a
+    /// parameter of every joint.
     pub search: ScaleSearch,
-    /// Of the grid: which body is multiplied, "moving" or "reference".
+    /// Of grid and moments: which body is multiplied, "moving" or "reference".
     pub body: ScaledBody,
-    /// Of the grid: the first factor that is tried.
+    /// Of grid and moments: the first factor that is tried.
     #[schemars(range(min = 0.05, max = 20.0))]
     pub from: f64,
-    /// Of the grid: the last one.
+    /// Of grid and moments: the last one.
     #[schemars(range(min = 0.05, max = 20.0))]
     pub to: f64,
-    /// Of the grid: from one to the next.
+    /// Of grid and moments: from one to the next.
     #[schemars(range(min = 0.0001, max = 20.0))]
     pub step: f64,
     /// Of the closed form: how far scales usually are from 1, as the standard deviation of their logarithm.
@@ -137,11 +147,11 @@ pub struct PairScale {
     /// By which share the pair's own factor is off the one that all pairs of the recording agree on; `None` if nothing
     /// else tells it.
     pub closure_error: Option<f64>,
-    /// Scores over scales, from the grid.
+    /// Scores over scales, where several were tried.
     pub curve: Option<ScaleCurve>,
 }
 
-/// The scores of all models over the scales of a grid.
+/// The scores of all models over the scales that were tried.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ScaleCurve {
     /// The body that was multiplied.

@@ -1,0 +1,64 @@
+//! Scales at which trajectories look like those of a joint, by moments that all scales share.
+
+use jointscope_motion::RelativeMotion;
+use jointscope_motion::nalgebra::{Matrix3, Point3, Vector3};
+
+/// How far the samples of a pair spread about the means of their features, as sums that tell it at every scale.
+///
+/// Where the moving body is multiplied by `κ` about the camera, a sample seen at `p` is at `κ p + (1 - κ) c`, `c` being the
+/// camera as seen from the reference in the same frame. Its second moments are polynomials in `κ`.
+struct Spread {
+    samples: Matrix3<f64>,
+    /// Of samples with the camera, and the transpose of that.
+    mixed: Matrix3<f64>,
+    camera: Matrix3<f64>,
+}
+
+impl Spread {
+    fn of(motion: &RelativeMotion<'_>) -> Self {
+        let mut spread = Self { samples: Matrix3::zeros(), mixed: Matrix3::zeros(), camera: Matrix3::zeros() };
+        let camera = |frame: usize| motion.reference().poses()[frame].unwrap_or_default().inverse() * Point3::origin();
+        let cameras: Vec<Point3<f64>> = (0..motion.recording_frames()).map(camera).collect();
+        for trajectory in motion.trajectories().iter().filter(|trajectory| !trajectory.points.is_empty()) {
+            let pairs = || trajectory.points.iter().zip(trajectory.frames.iter().map(|frame| &cameras[*frame]));
+            let count = trajectory.points.len() as f64;
+            let (sum, of_camera) = pairs().fold((Vector3::zeros(), Vector3::zeros()), |(sum, of_camera), (p, c)| {
+                (sum + p.coords, of_camera + c.coords)
+            });
+            let (mean, mean_camera) = (sum / count, of_camera / count);
+            for (point, camera) in pairs() {
+                let (p, c) = (point.coords - mean, camera.coords - mean_camera);
+                spread.samples += p * p.transpose();
+                spread.mixed += p * c.transpose();
+                spread.camera += c * c.transpose();
+            }
+        }
+        spread.mixed += spread.mixed.transpose();
+        spread
+    }
+
+    fn at(&self, scale: f64) -> Matrix3<f64> {
+        let rest = 1.0 - scale;
+        self.samples * (scale * scale) + self.mixed * (scale * rest) + self.camera * (rest * rest)
+    }
+}
+
+/// The indices of the factors of the moving body at which trajectories spread least for the scale, are the straightest,
+/// and the flattest.
+pub(super) fn likely(motion: &RelativeMotion<'_>, factors: &[f64]) -> [usize; 3] {
+    let spread = Spread::of(motion);
+    let measures: Vec<[f64; 3]> = factors
+        .iter()
+        .map(|&factor| {
+            let spread = spread.at(factor);
+            let eigenvalues = spread.symmetric_eigenvalues();
+            let size = spread.trace();
+            // Samples of bodies whose relation does not change spread by noise of both, that of the one multiplied.
+            [size / factor, 1.0 - eigenvalues.max() / size, eigenvalues.min() / size]
+        })
+        .collect();
+    [0, 1, 2].map(|kind| {
+        let least = |&a: &usize, &b: &usize| measures[a][kind].total_cmp(&measures[b][kind]);
+        (0..factors.len()).min_by(least).unwrap_or(0)
+    })
+}
