@@ -9,6 +9,7 @@ mod summary;
 pub use summary::Summary;
 
 use aligned::Aligned;
+use summary::Sums;
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -32,15 +33,18 @@ const TOGETHER: usize = 4;
 
 /// Numbers that are kept, 32 MB of them; trajectories that have more are computed anew for everyone who looks at them.
 const KEPT: usize = 1 << 22;
-/// Numbers that are computed together then, 20 MB of them.
+/// Numbers that are computed together then: of some features in all frames, 20 MB of them, or of all features in some
+/// frames, so that caches hold them.
 const BLOCKWISE: usize = 2_500_000;
+const IN_TURN: usize = 1 << 17;
 
 /// Positions of the features of a body all of which are seen in all frames that count, in the reference body's
 /// coordinates, metres.
 ///
 /// # Memory
-/// Those of a long recording are not kept as a whole: features are looked at one after another, and some of them exist at
-/// a time.
+/// Those of a long recording are not kept as a whole, but computed anew for everyone who looks at them: some frames of all
+/// features after another, which reads the recording once in its order, or some features in all frames, where a look cannot
+/// be interrupted.
 #[derive(Debug, Clone, Copy)]
 pub struct Columns<'a> {
     tracks: &'a Tracks,
@@ -48,11 +52,11 @@ pub struct Columns<'a> {
     placed: &'a Placed,
 }
 
-/// One feature's positions: three rows, of its x, y and z, with frames side by side, so that a register holds a coordinate
-/// of several frames.
+/// One feature's positions in successive frames: three rows, of its x, y and z, with frames side by side, so that a register
+/// holds a coordinate of several frames.
 ///
 /// # Convention
-/// Rows are filled up to whole registers with the position of the first frame.
+/// Rows are filled up to whole registers with the position of the very first frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Rows<'a> {
     /// x, y and z, metres.
@@ -64,7 +68,7 @@ pub struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// The position in the frame of that index among those that count, metres.
+    /// The position in the frame of that index among these, metres.
     pub fn point(&self, index: usize) -> Point3<f64> {
         let [x, y, z] = self.coordinates;
         Point3::new(x[index], y[index], z[index])
@@ -118,7 +122,8 @@ pub(crate) fn rows_as_seen(tracks: &Tracks) -> Option<RowsAsSeen> {
         return None;
     }
     let mut numbers = Aligned::zeros(3 * features * row);
-    Arch::new().dispatch(Place { tracks, frames: &frames, maps: None, features: 0..features, numbers: &mut numbers });
+    let of = Part { frames: 0..frames.len(), features: 0..features };
+    Arch::new().dispatch(Place { tracks, frames: &frames, maps: None, of, numbers: &mut numbers });
     Some(RowsAsSeen { numbers: Arc::new(numbers), factor: 1.0 })
 }
 
@@ -154,22 +159,41 @@ impl Placed {
                 Some(seen) => {
                     Arch::new().dispatch(Turn { seen, maps: &placed.maps.0, numbers: &mut numbers.0 });
                 }
-                None => placed.place(tracks, frames, 0..features, &mut numbers.0),
+                None => {
+                    placed.place(
+                        tracks,
+                        frames,
+                        Part { frames: 0..frames.len(), features: 0..features },
+                        &mut numbers.0,
+                    );
+                }
             }
             placed.numbers = Some(numbers);
         }
         Some(placed)
     }
 
-    fn place(&self, tracks: &Tracks, frames: &[usize], features: Range<usize>, numbers: &mut [f64]) {
-        Arch::new().dispatch(Place { tracks, frames, maps: Some(&self.maps.0), features, numbers });
+    fn place(&self, tracks: &Tracks, frames: &[usize], of: Part, numbers: &mut [f64]) {
+        Arch::new().dispatch(Place { tracks, frames, maps: Some(&self.maps.0), of, numbers });
     }
 
-    fn rows<'a>(&'a self, numbers: &'a [f64], feature: usize, frames: usize) -> Rows<'a> {
-        let row = self.weights.len();
+    /// The rows of a part's feature, given the numbers of the part.
+    fn rows<'a>(&'a self, numbers: &'a [f64], frames: &Range<usize>, feature: usize) -> Rows<'a> {
+        let row = frames.len().next_multiple_of(BLOCK);
         let coordinates = [0, 1, 2].map(|axis| &numbers[(3 * feature + axis) * row..][..row]);
-        Rows { coordinates, weights: &self.weights, frames }
+        Rows { coordinates, weights: &self.weights[frames.start..][..row], frames: frames.len() }
     }
+
+    fn rows_of_all<'a>(&'a self, numbers: &'a [f64], frames: &Range<usize>, features: usize) -> Vec<Rows<'a>> {
+        (0..features).map(|feature| self.rows(numbers, frames, feature)).collect()
+    }
+}
+
+/// Some of the frames that count, beginning with a whole block, and some features.
+#[derive(Debug, Clone)]
+struct Part {
+    frames: Range<usize>,
+    features: Range<usize>,
 }
 
 impl<'a> Columns<'a> {
@@ -187,53 +211,66 @@ impl<'a> Columns<'a> {
         self.frames.len()
     }
 
-    /// Looks at the rows of all features, one after another.
-    pub fn for_each(&self, mut look: impl FnMut(usize, Rows<'_>)) {
-        self.for_some(|first, rows| (first..).zip(rows).for_each(|(feature, rows)| look(feature, *rows)));
+    /// Looks at the rows of all features in some frames, then in the next ones: given the index of the first of these frames
+    /// among those that count, and the rows of every feature.
+    ///
+    /// One look has all frames unless there are many.
+    pub fn in_turn(&self, mut look: impl FnMut(usize, &[Rows<'_>])) {
+        let (features, frames, placed) = (self.features(), self.frames(), self.placed);
+        if let Some(numbers) = &placed.numbers {
+            return look(0, &placed.rows_of_all(&numbers.0, &(0..frames), features));
+        }
+        let together = (IN_TURN / (3 * features) / BLOCK * BLOCK).max(TOGETHER * BLOCK);
+        let mut numbers = Aligned::zeros(3 * features * together);
+        for first in (0..frames).step_by(together) {
+            let some = first..frames.min(first + together);
+            let numbers = &mut numbers[..3 * features * some.len().next_multiple_of(BLOCK)];
+            placed.place(self.tracks, self.frames, Part { frames: some.clone(), features: 0..features }, numbers);
+            look(first, &placed.rows_of_all(numbers, &some, features));
+        }
     }
 
-    /// Looks at the rows of all features, some features at a time: given the first of them and the rows of each.
-    pub fn for_some(&self, mut look: impl FnMut(usize, &[Rows<'_>])) {
-        let (features, placed) = (self.features(), self.placed);
+    /// What the rows of all features in all frames show, one after another.
+    pub fn map<R>(&self, mut look: impl FnMut(usize, Rows<'_>) -> R) -> Vec<R> {
+        let (features, all, placed) = (self.features(), 0..self.frames(), self.placed);
         if let Some(numbers) = &placed.numbers {
-            let rows = (0..features).map(|feature| placed.rows(&numbers.0, feature, self.frames()));
-            return look(0, &rows.collect::<Vec<_>>());
+            return (0..features).map(|feature| look(feature, placed.rows(&numbers.0, &all, feature))).collect();
         }
         let row = placed.weights.len();
         // Whole registers of every frame, if as many fit.
         let fit = BLOCKWISE / (3 * row);
         let together = (if fit < BLOCK { fit } else { fit / BLOCK * BLOCK }).clamp(1, features);
         let mut numbers = Aligned::zeros(3 * together * row);
+        let mut shown = Vec::with_capacity(features);
         for first in (0..features).step_by(together) {
-            let count = together.min(features - first);
-            placed.place(self.tracks, self.frames, first..first + count, &mut numbers);
-            let rows = (0..count).map(|feature| placed.rows(&numbers, feature, self.frames()));
-            look(first, &rows.collect::<Vec<_>>());
+            let some = first..features.min(first + together);
+            placed.place(self.tracks, self.frames, Part { frames: all.clone(), features: some.clone() }, &mut numbers);
+            shown.extend(some.map(|feature| look(feature, placed.rows(&numbers, &all, feature - first))));
         }
-    }
-
-    /// What the rows of all features show, one after another.
-    pub fn map<R>(&self, mut look: impl FnMut(usize, Rows<'_>) -> R) -> Vec<R> {
-        let mut all = Vec::with_capacity(self.features());
-        self.for_each(|feature, rows| all.push(look(feature, rows)));
-        all
+        shown
     }
 
     /// What every feature's trajectory shows at a glance; found once, for whoever asks.
     pub fn summaries(&self) -> &'a [Summary] {
-        let mut alike = Extents::default();
-        self.placed.summaries.get_or_init(|| self.map(|_, rows| Summary::of(rows, &mut alike)))
+        self.placed.summaries.get_or_init(|| {
+            let mut sums = vec![Sums::default(); self.features()];
+            self.in_turn(|_, rows| sums.iter_mut().zip(rows).for_each(|(sums, rows)| sums.add(*rows)));
+            let mut alike = Extents::default();
+            let extents = self.map(|_, rows| alike.of_rows(rows.coordinates));
+            sums.iter().zip(extents).map(|(sums, extent)| sums.summary(extent)).collect()
+        })
     }
 
     /// What the rows of one feature show.
     pub fn of<R>(&self, feature: usize, look: impl FnOnce(Rows<'_>) -> R) -> R {
-        let placed = self.placed;
+        let (all, placed) = (0..self.frames(), self.placed);
         if let Some(numbers) = &placed.numbers {
-            return look(placed.rows(&numbers.0, feature, self.frames()));
+            return look(placed.rows(&numbers.0, &all, feature));
         }
         let mut numbers = Aligned::zeros(3 * placed.weights.len());
-        placed.place(self.tracks, self.frames, feature..feature + 1, &mut numbers);
-        look(placed.rows(&numbers, 0, self.frames()))
+        let of = Part { frames: all.clone(), features: feature..feature + 1 };
+        placed.place(self.tracks, self.frames, of, &mut numbers);
+        look(placed.rows(&numbers, &all, 0))
     }
 }
 
@@ -265,7 +302,7 @@ struct Place<'a> {
     frames: &'a [usize],
     /// Left out to have positions as they are.
     maps: Option<&'a [f64]>,
-    features: Range<usize>,
+    of: Part,
     numbers: &'a mut [f64],
 }
 
@@ -274,8 +311,9 @@ impl WithSimd for Place<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { tracks, frames, maps, features, numbers } = self;
-        let row = frames.len().next_multiple_of(BLOCK);
+        let Self { tracks, frames, maps, of: Part { frames: some, features }, numbers } = self;
+        let row = some.len().next_multiple_of(BLOCK);
+        let maps = maps.map(|maps| &maps[some.start / BLOCK * MAP..]);
         let coordinates = 3 * features.len();
         let width = coordinates.next_multiple_of(BLOCK);
         let mut seen = vec![0.0; TOGETHER * width * BLOCK];
@@ -286,7 +324,7 @@ impl WithSimd for Place<'_> {
                 let start = start + number * BLOCK;
                 let mut block = [&[][..]; BLOCK];
                 for lane in 0..BLOCK {
-                    let index = if start + lane < frames.len() { start + lane } else { 0 };
+                    let index = if start + lane < some.len() { some.start + start + lane } else { 0 };
                     block[lane] = cast_slice(&tracks.frame(frames[index])[features.clone()]);
                 }
                 side_by_side(simd, block, &mut seen[number * width * BLOCK..][..width * BLOCK]);

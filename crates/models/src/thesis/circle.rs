@@ -1,12 +1,11 @@
 //! Plane and circle through a trajectory.
 
-use jointscope_motion::{Rows, Summary};
+use jointscope_motion::Summary;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::lanes::{self, PlaneMoments};
-use super::principal_axes;
+use super::{lanes, principal_axes};
 
 /// Radius, in extents of the points, beyond which a circle is a straight line.
 const STRAIGHT: f64 = 1e7;
@@ -66,18 +65,17 @@ impl Circle {
         Some(plane.circle(centroid, fit?))
     }
 
-    /// The same through each of several features' positions in rows, which are known at a glance.
-    pub(super) fn through_rows(rows: &[Rows<'_>], known: &[Summary], method: CircleMethod) -> Vec<Option<Self>> {
+    /// The same through each of several features' positions, which are known by their moments.
+    pub(super) fn through_all(known: &[Summary], method: CircleMethod) -> Vec<Option<Self>> {
         let planes = lanes::principal_axes(&known.iter().map(|known| known.covariance).collect::<Vec<_>>());
         let planes = known
             .iter()
             .zip(&planes)
             .map(|(known, axes)| Plane::of(known.covariance.trace(), known.magnitude, axes))
             .collect::<Vec<_>>();
-        let moments = planes.iter().zip(rows).zip(known).map(|((plane, rows), known)| {
+        let moments = planes.iter().zip(known).map(|(plane, known)| {
             let plane = plane.as_ref()?;
-            let axes = plane.axes.map(|axis| axis.into_inner() / plane.unit);
-            Some(PlaneMoments::of(*rows, known.mean, axes, plane.square))
+            Some(PlaneMoments::of(known, plane.axes.map(|axis| axis.into_inner() / plane.unit)))
         });
         let moments: Vec<Option<PlaneMoments>> = moments.collect();
         let fits: Vec<Option<(f64, f64, f64)>> = match method {
@@ -104,21 +102,43 @@ impl Circle {
     }
 }
 
+/// Means of products of plane coordinates `x`, `y` about the centroid, and of `z = x² + y²` less its mean.
+#[derive(Debug, Clone, Copy)]
+struct PlaneMoments {
+    /// Mean of `x² + y²`.
+    square: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+    xz: f64,
+    yz: f64,
+    zz: f64,
+}
+
+impl PlaneMoments {
+    /// Of a feature, with coordinates along two axes, which are unit vectors over the unit of length.
+    fn of(known: &Summary, [x, y]: [Vector3<f64>; 2]) -> Self {
+        let form = x * x.transpose() + y * y.transpose();
+        let (cubic, quartic) = known.by_form(&form);
+        let [of_x, of_y] = [x, y].map(|axis| known.covariance * axis);
+        let (xx, xy, yy) = (x.dot(&of_x), x.dot(&of_y), y.dot(&of_y));
+        let square = xx + yy;
+        Self { square, xx, xy, yy, xz: x.dot(&cubic), yz: y.dot(&cubic), zz: quartic - square * square }
+    }
+}
+
 /// The plane in which a trajectory spreads most.
 struct Plane {
     axes: [Unit<Vector3<f64>>; 2],
     /// Unit of length: the spread, so that squares and fourth powers are of one size.
     unit: f64,
-    /// Mean squared distance from the centroid in the plane, in that unit.
-    square: f64,
 }
 
 impl Plane {
     /// By the trace of the covariance and its principal axes; `None` where the spread is rounding of coordinates.
     fn of(spread: f64, magnitude: f64, axes: &[(f64, Unit<Vector3<f64>>); 3]) -> Option<Self> {
-        let [(along, x_axis), (across, y_axis), _] = *axes;
-        let square = (along + across) / spread;
-        (spread > (ROUNDING * magnitude).powi(2)).then(|| Self { axes: [x_axis, y_axis], unit: spread.sqrt(), square })
+        let [(_, x_axis), (_, y_axis), _] = *axes;
+        (spread > (ROUNDING * magnitude).powi(2)).then(|| Self { axes: [x_axis, y_axis], unit: spread.sqrt() })
     }
 
     /// The circle with a centre and a radius in the plane, in its unit from the centroid.

@@ -8,6 +8,7 @@ pub(super) fn occupied(points: impl Iterator<Item = (f64, f64)>) -> u16 {
 }
 
 /// The degrees of a circle that points occupy.
+#[derive(Clone)]
 pub(super) struct Degrees([u8; ROW]);
 
 /// Degrees, filled up to a power of two.

@@ -196,7 +196,10 @@ impl ThesisPrismatic {
         let line = tube.direction.into_inner() * tube.length;
         let mut tallied = Tallied::new(line, self.tube_radius, self.overshoot, sections, columns.frames());
         let mut squares = 0.0;
-        columns.for_each(|_, rows| squares += along_tube(rows, &mut tallied));
+        columns.in_turn(|frame, rows| {
+            let starts = rows.iter().zip(summaries);
+            squares += starts.map(|(rows, known)| along_tube(*rows, known.first, frame, &mut tallied)).sum::<f64>();
+        });
         let slides = tallied.slides(columns.features());
         let greatest = extents.iter().copied().fold(0.0, f64::max);
         Some(Seen {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::centre_line::{CentreLine, Centres};
 use super::lanes::{self, Turned};
+use super::occupied::Degrees;
 use super::{
     AxisRadius, Circle, CircleMethod, ROUNDING, above_rounding, is_still, occupied, positions, principal_axes,
     q_function, trajectories_by_feature,
@@ -191,21 +192,24 @@ impl ThesisRevolute {
 
     /// The same of features that are always seen.
     fn arcs_of_rows(&self, columns: Columns<'_>) -> Vec<Arc> {
-        let mut arcs = Vec::with_capacity(columns.features());
-        columns.for_some(|first, rows| {
-            let known = &columns.summaries()[first..first + rows.len()];
-            let circles = Circle::through_rows(rows, known, self.circle);
-            arcs.extend((first..).zip(rows.iter().zip(known).zip(circles)).map(
-                |(feature, ((rows, known), circle))| {
-                    let is_still = known.moved <= ROUNDING * known.magnitude;
-                    let Some(circle) = circle else { return Arc::without_circle(feature, is_still) };
-                    let (count, degrees) = lanes::on_circle(*rows, &circle, self.circle_tolerance);
-                    let on_circle = count / columns.frames() as f64;
-                    Arc { feature, circle: Some(circle), on_circle, degrees, is_still }
-                },
-            ));
+        let known = columns.summaries();
+        let circles = Circle::through_all(known, self.circle);
+        let mut seen = vec![(0.0, Degrees::default()); columns.features()];
+        columns.in_turn(|_, rows| {
+            for ((rows, circle), (count, degrees)) in rows.iter().zip(&circles).zip(&mut seen) {
+                let Some(circle) = circle else { continue };
+                *count += lanes::on_circle(*rows, circle, self.circle_tolerance, degrees);
+            }
         });
-        Arc::telling(arcs)
+        let arcs = circles.into_iter().zip(seen).zip(known).enumerate().map(|(feature, ((circle, seen), known))| {
+            let is_still = known.moved <= ROUNDING * known.magnitude;
+            let (Some(circle), (count, degrees)) = (circle, seen) else {
+                return Arc::without_circle(feature, is_still);
+            };
+            let on_circle = count / columns.frames() as f64;
+            Arc { feature, circle: Some(circle), on_circle, degrees: degrees.occupied(), is_still }
+        });
+        Arc::telling(arcs.collect())
     }
 
     /// Equation (41): share of points on the circle.
@@ -244,14 +248,8 @@ fn turned(
     let Some(columns) = motion.columns() else {
         return (positions::angles(motion, point, direction), off_circles(motion, arcs, point, direction));
     };
-    let mut turned = Turned::about(point, positions::across(direction), columns);
-    let (mut sum, mut telling) = (0.0, arcs.iter().map(|arc| arc.feature).peekable());
-    columns.for_each(|feature, rows| {
-        let off = turned.add(rows);
-        if telling.next_if_eq(&feature).is_some() {
-            sum += off;
-        }
-    });
+    let turned = Turned::about(point, positions::across(direction), columns);
+    let sum: f64 = arcs.iter().map(|arc| turned.off_circle(arc.feature, columns.frames())).sum();
     let off = (sum / (arcs.len() * columns.frames()) as f64).sqrt();
     (positions::unwrapped(motion, &turned), above_rounding(off, columns))
 }

@@ -1,14 +1,16 @@
 //! What a trajectory shows at a glance: where it is, how far it spreads and goes.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3, distance};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Rows;
-use crate::{Extents, path_length_of_rows};
+use crate::path_length_of_rows;
 
-/// Mean, spread and lengths of one feature's trajectory.
+/// Mean, moments and lengths of one feature's trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summary {
+    /// First position, metres.
+    pub first: Point3<f64>,
     /// Mean position, metres.
     pub mean: Vector3<f64>,
     /// Covariance about it, m².
@@ -21,75 +23,232 @@ pub struct Summary {
     pub path: f64,
     /// Largest distance between any two positions, metres.
     pub extent: f64,
+    third: [f64; THIRD],
+    fourth: [f64; FOURTH],
 }
 
+/// Products of three and of four coordinates that differ, in alphabetical order.
+const THIRD: usize = 10;
+const FOURTH: usize = 15;
+/// Which product of three is that of a coordinate and a pair of them: pairs are `xx`, `xy`, `xz`, `yy`, `yz`, `zz`.
+const OF_THREE: [[usize; 6]; 3] = [[0, 1, 2, 3, 4, 5], [1, 3, 4, 6, 7, 8], [2, 4, 5, 7, 8, 9]];
+/// Which product of four is that of two pairs.
+const OF_FOUR: [[usize; 6]; 6] = [
+    [0, 1, 2, 3, 4, 5],
+    [1, 3, 4, 6, 7, 8],
+    [2, 4, 5, 7, 8, 9],
+    [3, 6, 7, 10, 11, 12],
+    [4, 7, 8, 11, 12, 13],
+    [5, 8, 9, 12, 13, 14],
+];
+
 impl Summary {
-    pub(super) fn of(rows: Rows<'_>, alike: &mut Extents) -> Self {
-        let path = path_length_of_rows(rows.coordinates, rows.frames);
-        let extent = alike.of_rows(rows.coordinates);
-        Self { path, extent, ..Arch::new().dispatch(Moments { rows }) }
+    /// Means of `d q` and of `q²`, where `d` is a position less the mean position and `q = dᵀ form d`, in cubes and fourth
+    /// powers of metres for a form without a unit; the form is symmetric.
+    ///
+    /// Computed from moments about the first position, whose sizes rounding refers to.
+    pub fn by_form(&self, form: &Matrix3<f64>) -> (Vector3<f64>, f64) {
+        let pairs = [form.m11, 2.0 * form.m12, 2.0 * form.m13, form.m22, 2.0 * form.m23, form.m33];
+        let of_pairs =
+            |of: &[f64], places: &[usize; 6]| -> f64 { pairs.iter().zip(places).map(|(w, k)| w * of[*k]).sum() };
+        let cubic = Vector3::from_fn(|axis, _| of_pairs(&self.third, &OF_THREE[axis]));
+        let quartic: f64 = pairs.iter().zip(&OF_FOUR).map(|(w, places)| w * of_pairs(&self.fourth, places)).sum();
+        // What was summed up is about the first position, from which the mean differs by `m`.
+        let m = self.mean - self.first.coords;
+        let second = self.covariance + m * m.transpose();
+        let by_form = form * m;
+        let (size, square) = (by_form.dot(&m), form.component_mul(&second).sum());
+        let turned = second * by_form;
+        let about_mean = cubic - 2.0 * turned + m * (2.0 * size - square);
+        let squares = quartic + 4.0 * (by_form.dot(&turned) - by_form.dot(&cubic)) + size * (2.0 * square - 3.0 * size);
+        (about_mean, squares)
+    }
+}
+
+/// Sums over a trajectory that give its summary, but for the extent.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sums {
+    ends: Option<[Point3<f64>; 2]>,
+    count: usize,
+    first: [f64; 3],
+    second: [f64; 6],
+    third: [f64; THIRD],
+    fourth: [f64; FOURTH],
+    magnitude: f64,
+    moved: f64,
+    path: f64,
+}
+
+impl Sums {
+    /// Adds the frames that come next.
+    pub(super) fn add(&mut self, rows: Rows<'_>) {
+        let (begin, end) = (rows.point(0), rows.point(rows.frames - 1));
+        let first = match self.ends {
+            Some([first, last]) => {
+                self.path += distance(&last, &begin);
+                first
+            }
+            None => begin,
+        };
+        self.ends = Some([first, end]);
+        self.count += rows.frames;
+        self.path += path_length_of_rows(rows.coordinates, rows.frames);
+        Arch::new().dispatch(Moments { rows, first, sums: self });
+    }
+
+    pub(super) fn summary(&self, extent: f64) -> Summary {
+        let count = self.count.max(1) as f64;
+        let first = self.ends.map_or_else(Point3::origin, |[first, _]| first);
+        let step = Vector3::from(self.first) / count;
+        let [xx, xy, xz, yy, yz, zz] = self.second.map(|sum| sum / count);
+        let second = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        Summary {
+            first,
+            mean: first.coords + step,
+            covariance: second - step * step.transpose(),
+            magnitude: self.magnitude,
+            moved: self.moved,
+            path: self.path,
+            extent,
+            third: self.third.map(|sum| sum / count),
+            fourth: self.fourth.map(|sum| sum / count),
+        }
     }
 }
 
 struct Moments<'a> {
     rows: Rows<'a>,
+    first: Point3<f64>,
+    sums: &'a mut Sums,
 }
 
 impl WithSimd for Moments<'_> {
-    type Output = Summary;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Summary {
-        let Rows { coordinates: [x, y, z], weights, frames } = self.rows;
-        let count = frames as f64;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { rows, first, sums } = self;
+        let [x, y, z] = rows.coordinates;
         let rows = [S::as_simd_f64s(x).0, S::as_simd_f64s(y).0, S::as_simd_f64s(z).0];
-        let weights = S::as_simd_f64s(weights).0;
-        let first = self.rows.point(0).coords;
         let from = [simd.splat_f64s(first.x), simd.splat_f64s(first.y), simd.splat_f64s(first.z)];
         let zero = simd.splat_f64s(0.0);
-        let (mut sums, mut magnitude, mut moved) = ([zero; 3], [zero; 3], [zero; 3]);
-        for k in 0..weights.len() {
+        let (mut of_first, mut of_second, mut magnitude, mut moved) = ([zero; 3], [zero; 6], [zero; 3], [zero; 3]);
+        for k in 0..rows[0].len() {
+            // What rows are filled up with is the first position, and adds nothing.
+            let d = steps(simd, rows, from, k);
             for axis in 0..3 {
-                let step = simd.sub_f64s(rows[axis][k], from[axis]);
-                // What rows are filled up with is the first position, and adds nothing.
-                sums[axis] = simd.add_f64s(sums[axis], step);
-                moved[axis] = simd.max_f64s(moved[axis], simd.abs_f64s(step));
+                of_first[axis] = simd.add_f64s(of_first[axis], d[axis]);
+                moved[axis] = simd.max_f64s(moved[axis], simd.abs_f64s(d[axis]));
                 magnitude[axis] = simd.max_f64s(magnitude[axis], simd.abs_f64s(rows[axis][k]));
             }
+            let pairs = pairs(simd, d);
+            for pair in 0..6 {
+                of_second[pair] = simd.add_f64s(of_second[pair], pairs[pair]);
+            }
         }
-        let sum =
-            Vector3::new(simd.reduce_sum_f64s(sums[0]), simd.reduce_sum_f64s(sums[1]), simd.reduce_sum_f64s(sums[2]));
-        let mean = first + sum / count;
-        let about = [simd.splat_f64s(mean.x), simd.splat_f64s(mean.y), simd.splat_f64s(mean.z)];
-        let mut products = [zero; 6];
-        for k in 0..weights.len() {
-            let (x, y, z) = (
-                simd.sub_f64s(rows[0][k], about[0]),
-                simd.sub_f64s(rows[1][k], about[1]),
-                simd.sub_f64s(rows[2][k], about[2]),
-            );
-            let (wx, wy, wz) =
-                (simd.mul_f64s(weights[k], x), simd.mul_f64s(weights[k], y), simd.mul_f64s(weights[k], z));
-            products[0] = simd.mul_add_e_f64s(wx, x, products[0]);
-            products[1] = simd.mul_add_e_f64s(wx, y, products[1]);
-            products[2] = simd.mul_add_e_f64s(wy, y, products[2]);
-            products[3] = simd.mul_add_e_f64s(wx, z, products[3]);
-            products[4] = simd.mul_add_e_f64s(wy, z, products[4]);
-            products[5] = simd.mul_add_e_f64s(wz, z, products[5]);
+        // Registers hold as many sums at a time.
+        let (mut of_third, mut of_fourth) = ([zero; THIRD], [zero; FOURTH]);
+        for k in 0..rows[0].len() {
+            let d = steps(simd, rows, from, k);
+            let [xx, xy, xz, yy, yz, zz] = pairs(simd, d);
+            add(simd, d[0], &[xx, xy, xz, yy, yz, zz], &mut of_third[..6]);
+            add(simd, d[1], &[yy, yz, zz], &mut of_third[6..9]);
+            add(simd, d[2], &[zz], &mut of_third[9..]);
+            add(simd, xx, &[xx, xy, xz, yy, yz, zz], &mut of_fourth[..6]);
+            add(simd, xy, &[yy, yz, zz], &mut of_fourth[6..9]);
+            add(simd, xz, &[zz], &mut of_fourth[9..10]);
+            add(simd, yy, &[yy, yz, zz], &mut of_fourth[10..13]);
+            add(simd, yz, &[zz], &mut of_fourth[13..14]);
+            add(simd, zz, &[zz], &mut of_fourth[14..]);
         }
-        let mut of = [0.0; 6];
+        for k in 0..3 {
+            sums.first[k] += simd.reduce_sum_f64s(of_first[k]);
+            sums.moved = sums.moved.max(simd.reduce_max_f64s(moved[k]));
+            sums.magnitude = sums.magnitude.max(simd.reduce_max_f64s(magnitude[k]));
+        }
         for k in 0..6 {
-            of[k] = simd.reduce_sum_f64s(products[k]) / count;
+            sums.second[k] += simd.reduce_sum_f64s(of_second[k]);
         }
-        let [xx, xy, yy, xz, yz, zz] = of;
-        let largest = |of: [S::f64s; 3]| simd.reduce_max_f64s(simd.max_f64s(simd.max_f64s(of[0], of[1]), of[2]));
-        Summary {
-            mean,
-            covariance: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
-            magnitude: largest(magnitude),
-            moved: largest(moved),
-            path: 0.0,
-            extent: 0.0,
+        for k in 0..THIRD {
+            sums.third[k] += simd.reduce_sum_f64s(of_third[k]);
+        }
+        for k in 0..FOURTH {
+            sums.fourth[k] += simd.reduce_sum_f64s(of_fourth[k]);
+        }
+    }
+}
+
+/// A register of differences from a position.
+#[inline(always)]
+fn steps<S: Simd>(simd: S, rows: [&[S::f64s]; 3], from: [S::f64s; 3], k: usize) -> [S::f64s; 3] {
+    [simd.sub_f64s(rows[0][k], from[0]), simd.sub_f64s(rows[1][k], from[1]), simd.sub_f64s(rows[2][k], from[2])]
+}
+
+/// Products of two coordinates: `xx`, `xy`, `xz`, `yy`, `yz`, `zz`.
+#[inline(always)]
+fn pairs<S: Simd>(simd: S, [x, y, z]: [S::f64s; 3]) -> [S::f64s; 6] {
+    [
+        simd.mul_f64s(x, x),
+        simd.mul_f64s(x, y),
+        simd.mul_f64s(x, z),
+        simd.mul_f64s(y, y),
+        simd.mul_f64s(y, z),
+        simd.mul_f64s(z, z),
+    ]
+}
+
+/// Adds products with a common factor.
+#[inline(always)]
+fn add<S: Simd>(simd: S, factor: S::f64s, of: &[S::f64s], sums: &mut [S::f64s]) {
+    for k in 0..of.len() {
+        sums[k] = simd.mul_add_e_f64s(factor, of[k], sums[k]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rounding through fourth powers.
+    const EXACT: f64 = 1e-12;
+
+    #[test]
+    fn moments_are_those_of_the_positions_also_where_these_come_in_several_parts() {
+        let wild = |k: usize| (k as f64 * 12.9898).sin().mul_add(43_758.545_3, 0.5).rem_euclid(1.0);
+        const FRAMES: usize = 53;
+        let place = |frame: usize| Vector3::new(3.0 + wild(frame), 0.3 * wild(100 + frame), -wild(200 + frame).powi(2));
+        let points: Vec<Vector3<f64>> = (0..FRAMES).map(place).collect();
+        let form = Matrix3::new(1.0, 0.2, -0.3, 0.2, 0.7, 0.1, -0.3, 0.1, 1.4);
+        let mean = points.iter().sum::<Vector3<f64>>() / FRAMES as f64;
+        let of_all =
+            |of: &dyn Fn(&Vector3<f64>) -> f64| points.iter().map(|p| of(&(p - mean))).sum::<f64>() / FRAMES as f64;
+        let q = |d: &Vector3<f64>| d.dot(&(form * d));
+        let expected =
+            [of_all(&|d| d.x * q(d)), of_all(&|d| d.y * q(d)), of_all(&|d| d.z * q(d)), of_all(&|d| q(d).powi(2))];
+        let variance = of_all(&|d| d.x * d.y);
+        for part in [8, 16, FRAMES] {
+            let mut sums = Sums::default();
+            for some in points.chunks(part) {
+                let length = some.len().next_multiple_of(8);
+                let row = |axis: usize| -> Vec<f64> {
+                    (0..length).map(|k| some.get(k).unwrap_or(&points[0])[axis]).collect()
+                };
+                let rows = [row(0), row(1), row(2)];
+                let weights: Vec<f64> = (0..length).map(|k| f64::from(u8::from(k < some.len()))).collect();
+                let coordinates = [&rows[0][..], &rows[1], &rows[2]];
+                sums.add(Rows { coordinates, weights: &weights, frames: some.len() });
+            }
+            let summary = sums.summary(0.0);
+            let (cubic, quartic) = summary.by_form(&form);
+            for (found, expected) in [cubic.x, cubic.y, cubic.z, quartic].iter().zip(expected) {
+                assert!((found - expected).abs() < EXACT, "{part}: {found} {expected}");
+            }
+            assert!((summary.mean - mean).norm() < EXACT && (summary.covariance.m12 - variance).abs() < EXACT);
+            let path: f64 = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+            assert!(
+                (summary.path - path).abs() < EXACT
+                    && summary.magnitude == points.iter().map(Vector3::amax).fold(0.0, f64::max)
+            );
         }
     }
 }

@@ -27,23 +27,24 @@ const VAGUE: u16 = 500;
 /// Points whose degrees are found before any is put down.
 const TOGETHER: usize = 256;
 
-/// How many of a feature's points are within `tolerance` radii of its circle, and the whole degrees that all occupy.
-pub(in super::super) fn on_circle(rows: Rows<'_>, circle: &Circle, tolerance: f64) -> (f64, u16) {
-    Arch::new().dispatch(Kernel { rows, circle, tolerance })
+/// How many of a feature's points are within `tolerance` radii of its circle; the whole degrees that they occupy are added.
+pub(in super::super) fn on_circle(rows: Rows<'_>, circle: &Circle, tolerance: f64, degrees: &mut Degrees) -> f64 {
+    Arch::new().dispatch(Kernel { rows, circle, tolerance, degrees })
 }
 
 struct Kernel<'a> {
     rows: Rows<'a>,
     circle: &'a Circle,
     tolerance: f64,
+    degrees: &'a mut Degrees,
 }
 
 impl WithSimd for Kernel<'_> {
-    type Output = (f64, u16);
+    type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> (f64, u16) {
-        let Self { rows: all, circle, tolerance } = self;
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { rows: all, circle, tolerance, degrees } = self;
         let rows = registers(simd, all.coordinates);
         let weights = S::as_simd_f64s(all.weights).0;
         let [x_axis, y_axis] =
@@ -58,7 +59,6 @@ impl WithSimd for Kernel<'_> {
         let (rounds, half, sure) = (simd.splat_f64s(ROUNDS), simd.splat_f64s(0.5), simd.splat_f64s(0.5 - NEAR));
         let vague = simd.splat_f64s(ROUNDS + f64::from(VAGUE));
         let mut inside = zero;
-        let mut degrees = Degrees::default();
         let mut wholes = [0.0; TOGETHER];
         for start in (0..weights.len()).step_by(TOGETHER / S::F64_LANES) {
             let registers = (TOGETHER / S::F64_LANES).min(weights.len() - start);
@@ -77,7 +77,7 @@ impl WithSimd for Kernel<'_> {
                 let is_sure = simd.less_than_f64s(simd.abs_f64s(from_middle), sure);
                 *of_register = simd.select_f64s(is_sure, whole, vague);
             }
-            // What is filled up repeats the first frame, and occupies nothing new.
+            // What is filled up repeats the very first frame, and occupies nothing new.
             for (index, whole) in (start * S::F64_LANES..).zip(&wholes[..registers * S::F64_LANES]) {
                 let degree = bits_shown(*whole);
                 if degree < usize::from(VAGUE) {
@@ -88,7 +88,7 @@ impl WithSimd for Kernel<'_> {
                 }
             }
         }
-        (simd.reduce_sum_f64s(inside), degrees.occupied())
+        simd.reduce_sum_f64s(inside)
     }
 }
 

@@ -8,13 +8,11 @@
 
 mod arc;
 mod eigen;
-mod plane;
 mod tube;
 mod turned;
 
 pub(super) use arc::on_circle;
 pub(super) use eigen::principal_axes;
-pub(super) use plane::PlaneMoments;
 pub(super) use tube::{Tallied, along_tube};
 pub(super) use turned::Turned;
 
@@ -64,28 +62,6 @@ fn along<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3], constant: S::f64s) 
     let sum = simd.mul_add_e_f64s(a[0], b[0], constant);
     let sum = simd.mul_add_e_f64s(a[1], b[1], sum);
     simd.mul_add_e_f64s(a[2], b[2], sum)
-}
-
-/// Adds the weighted products `xx`, `xy`, `yy`, `xz`, `yz`, `zz`.
-#[inline(always)]
-fn add_products<S: Simd>(simd: S, weight: S::f64s, [x, y, z]: [S::f64s; 3], sums: &mut [S::f64s; 6]) {
-    let (wx, wy, wz) = (simd.mul_f64s(weight, x), simd.mul_f64s(weight, y), simd.mul_f64s(weight, z));
-    sums[0] = simd.mul_add_e_f64s(wx, x, sums[0]);
-    sums[1] = simd.mul_add_e_f64s(wx, y, sums[1]);
-    sums[2] = simd.mul_add_e_f64s(wy, y, sums[2]);
-    sums[3] = simd.mul_add_e_f64s(wx, z, sums[3]);
-    sums[4] = simd.mul_add_e_f64s(wy, z, sums[4]);
-    sums[5] = simd.mul_add_e_f64s(wz, z, sums[5]);
-}
-
-/// Sums over all lanes, over a count.
-#[inline(always)]
-fn means<S: Simd>(simd: S, sums: [S::f64s; 6], count: f64) -> [f64; 6] {
-    let mut means = [0.0; 6];
-    for k in 0..6 {
-        means[k] = simd.reduce_sum_f64s(sums[k]) / count;
-    }
-    means
 }
 
 #[cfg(test)]

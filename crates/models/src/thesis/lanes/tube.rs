@@ -1,7 +1,7 @@
 //! Where the points of a trajectory are along a tube.
 
 use jointscope_motion::Rows;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::super::prismatic::{END, Overshoot, Section};
@@ -63,14 +63,16 @@ fn beside(sections: usize) -> usize {
     if sections <= SECTIONS_BESIDE { BLOCK } else { 1 }
 }
 
-/// Counts a feature, shifted to start where the tube starts, in its sections; gives the sum of squared distances from
-/// the line, in lengths of the tube.
-pub(in super::super) fn along_tube(rows: Rows<'_>, tallied: &mut Tallied) -> f64 {
-    Arch::new().dispatch(Kernel { rows, tallied })
+/// Counts a feature's positions from a frame on, shifted so that its very first one is where the tube starts, in their
+/// sections; gives the sum of squared distances from the line, in lengths of the tube.
+pub(in super::super) fn along_tube(rows: Rows<'_>, start: Point3<f64>, frame: usize, tallied: &mut Tallied) -> f64 {
+    Arch::new().dispatch(Kernel { rows, start, frame, tallied })
 }
 
 struct Kernel<'a> {
     rows: Rows<'a>,
+    start: Point3<f64>,
+    frame: usize,
     tallied: &'a mut Tallied,
 }
 
@@ -79,15 +81,15 @@ impl WithSimd for Kernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { rows: all, tallied } = self;
+        let Self { rows: all, start, frame, tallied } = self;
         let rows = registers(simd, all.coordinates);
         let weights = S::as_simd_f64s(all.weights).0;
-        let start_place = splat(simd, all.point(0).coords.into());
+        let start_place = splat(simd, start.coords.into());
         let length = tallied.line.norm();
         let direction = splat(simd, (tallied.line / (length * length)).into());
         let back = splat(simd, (-tallied.line).into());
         let (zero, radius) = (simd.splat_f64s(0.0), simd.splat_f64s((tallied.radius * length).powi(2)));
-        let gone = S::as_mut_simd_f64s(&mut tallied.gone).0;
+        let gone = S::as_mut_simd_f64s(&mut tallied.gone[frame..]).0;
         let drops = tallied.overshoot == Overshoot::Drop;
         let (two, end) = (simd.splat_f64s(2.0), simd.splat_f64s(END));
         let sections = tallied.sections as f64;

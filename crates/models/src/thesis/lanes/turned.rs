@@ -12,19 +12,42 @@ pub(in super::super) struct Turned {
     point: Point3<f64>,
     axes: [Vector3<f64>; 2],
     sums: [Vec<f64>; 2],
+    off: Vec<Off>,
+}
+
+/// Sums, and sums of squares, of how much farther from the axis and higher than at first a feature is.
+#[derive(Clone, Default)]
+struct Off {
+    sums: [f64; 2],
+    squares: [f64; 2],
 }
 
 impl Turned {
+    /// Of all features.
     pub(in super::super) fn about(point: Point3<f64>, axes: [Vector3<f64>; 2], columns: Columns<'_>) -> Self {
         let none = vec![0.0; columns.frames().next_multiple_of(BLOCK)];
-        Self { point, axes, sums: [none.clone(), none] }
+        let mut turned =
+            Self { point, axes, sums: [none.clone(), none], off: vec![Off::default(); columns.features()] };
+        let starts: Vec<Point3<f64>> = columns.summaries().iter().map(|known| known.first).collect();
+        columns.in_turn(|frame, rows| {
+            for (feature, rows) in rows.iter().enumerate() {
+                Arch::new().dispatch(Kernel {
+                    rows: *rows,
+                    start: starts[feature],
+                    frame,
+                    feature,
+                    turned: &mut turned,
+                });
+            }
+        });
+        turned
     }
 
-    /// Adds a feature. If the gradients are unit vectors at right angles, gives the sum of squared distances of its positions
-    /// from the circle about the axis across them that is nearest: of mean radius and height.
-    pub(in super::super) fn add(&mut self, rows: Rows<'_>) -> f64 {
-        let [real, imaginary] = &mut self.sums;
-        Arch::new().dispatch(Kernel { rows, point: self.point, axes: self.axes, sums: [real, imaginary] })
+    /// If the gradients are unit vectors at right angles: the sum of squared distances of a feature's positions, of which
+    /// there are so many, from the circle about the axis across them that is nearest, of mean radius and height.
+    pub(in super::super) fn off_circle(&self, feature: usize, count: usize) -> f64 {
+        let Off { sums, squares } = &self.off[feature];
+        (0..2).map(|k| (squares[k] - sums[k] * sums[k] / count as f64).max(0.0)).sum()
     }
 
     pub(in super::super) fn sums(&self) -> impl Iterator<Item = Complex<f64>> + '_ {
@@ -34,17 +57,20 @@ impl Turned {
 
 struct Kernel<'a> {
     rows: Rows<'a>,
-    point: Point3<f64>,
-    axes: [Vector3<f64>; 2],
-    sums: [&'a mut [f64]; 2],
+    start: Point3<f64>,
+    frame: usize,
+    feature: usize,
+    turned: &'a mut Turned,
 }
 
 impl WithSimd for Kernel<'_> {
-    type Output = f64;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { rows: all, point, axes, sums: [real, imaginary] } = self;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { rows: all, start, frame, feature, turned: Turned { point, axes, sums: [real, imaginary], off } } =
+            self;
+        let (point, axes) = (*point, *axes);
         let rows = registers(simd, all.coordinates);
         let weights = S::as_simd_f64s(all.weights).0;
         let about = splat(simd, point.coords.into());
@@ -52,13 +78,14 @@ impl WithSimd for Kernel<'_> {
         let (x_axis, y_axis, z_axis) =
             (splat(simd, axes[0].into()), splat(simd, axes[1].into()), splat(simd, axis.into()));
         // About the first position sums of squares lose no digits.
-        let start = all.point(0) - point;
+        let start = start - point;
         let [x, y, z] = [axes[0], axes[1], axis].map(|axis| axis.dot(&start));
         let (start_x, start_y, height) = (simd.splat_f64s(x), simd.splat_f64s(y), simd.splat_f64s(z));
         let radius = simd.splat_f64s(x.hypot(y));
         let zero = simd.splat_f64s(0.0);
         let (mut sums, mut squares) = ([zero; 2], [zero; 2]);
-        let turned = S::as_mut_simd_f64s(real).0.iter_mut().zip(S::as_mut_simd_f64s(imaginary).0);
+        let turned =
+            S::as_mut_simd_f64s(&mut real[frame..]).0.iter_mut().zip(S::as_mut_simd_f64s(&mut imaginary[frame..]).0);
         for (k, (weight, (real, imaginary))) in weights.iter().zip(turned).enumerate() {
             let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], about);
             let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
@@ -75,12 +102,10 @@ impl WithSimd for Kernel<'_> {
             squares[0] = simd.mul_add_e_f64s(weighted_wider, wider, squares[0]);
             squares[1] = simd.mul_add_e_f64s(weighted_higher, higher, squares[1]);
         }
-        let count = all.frames as f64;
-        let mut total = 0.0;
+        let off = &mut off[feature];
         for k in 0..2 {
-            let sum = simd.reduce_sum_f64s(sums[k]);
-            total += (simd.reduce_sum_f64s(squares[k]) - sum * sum / count).max(0.0);
+            off.sums[k] += simd.reduce_sum_f64s(sums[k]);
+            off.squares[k] += simd.reduce_sum_f64s(squares[k]);
         }
-        total
     }
 }
