@@ -19,7 +19,9 @@ use bytemuck::cast_slice;
 use nalgebra::Point3;
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::extent::FarEnds;
 use crate::flat_rows::lanes_lack;
+use crate::prefetch::ahead_of;
 use crate::{Extents, Pose, Tracks};
 
 /// Frames that are taken together: the lanes of the widest registers.
@@ -37,6 +39,8 @@ const KEPT: usize = 1 << 22;
 /// frames, so that caches hold them.
 const BLOCKWISE: usize = 2_500_000;
 const IN_TURN: usize = 1 << 17;
+/// Numbers of the frames, evenly over time, that tell beforehand where trajectories end.
+const GLANCE: usize = 1 << 20;
 
 /// Positions of the features of a body all of which are seen in all frames that count, in the reference body's
 /// coordinates, metres.
@@ -93,6 +97,20 @@ impl Maps {
             }
             for axis in 0..3 {
                 maps[(9 + axis) * BLOCK + lane] = pose.translation.vector[axis];
+            }
+        }
+        Self(Arc::new(maps))
+    }
+
+    /// Those of the frames with these indices.
+    fn some(&self, indices: &[usize]) -> Self {
+        let row = indices.len().next_multiple_of(BLOCK);
+        let mut maps = Aligned::zeros(MAP * row / BLOCK);
+        for lane in 0..row {
+            let index = indices[if lane < indices.len() { lane } else { 0 }];
+            for k in 0..MAP / BLOCK {
+                maps[lane / BLOCK * MAP + k * BLOCK + lane % BLOCK] =
+                    self.0[index / BLOCK * MAP + k * BLOCK + index % BLOCK];
             }
         }
         Self(Arc::new(maps))
@@ -254,11 +272,31 @@ impl<'a> Columns<'a> {
     pub fn summaries(&self) -> &'a [Summary] {
         self.placed.summaries.get_or_init(|| {
             let mut sums = vec![Sums::default(); self.features()];
-            self.in_turn(|_, rows| sums.iter_mut().zip(rows).for_each(|(sums, rows)| sums.add(*rows)));
+            let mut far = self.far_ends();
+            self.in_turn(|_, rows| {
+                sums.iter_mut().zip(rows).for_each(|(sums, rows)| sums.add(*rows));
+                far.iter_mut().flatten().zip(rows).for_each(|(far, rows)| far.add(rows.coordinates));
+            });
+            let told = far.and_then(|far| far.into_iter().map(FarEnds::extent).collect::<Option<Vec<f64>>>());
             let mut alike = Extents::default();
-            let extents = self.map(|_, rows| alike.of_rows(rows.coordinates));
+            let extents = told.unwrap_or_else(|| self.map(|_, rows| alike.of_rows(rows.coordinates)));
             sums.iter().zip(extents).map(|(sums, extent)| sums.summary(extent)).collect()
         })
+    }
+
+    /// Where the ends of the features' trajectories are, unless all positions are at hand.
+    fn far_ends(&self) -> Option<Vec<FarEnds>> {
+        if self.placed.numbers.is_some() {
+            return None;
+        }
+        let (features, count) = (self.features(), self.frames());
+        let step = (3 * features * count).div_ceil(GLANCE).next_multiple_of(2) - 1;
+        let indices: Vec<usize> = (0..count).step_by(step).collect();
+        let frames: Vec<usize> = indices.iter().map(|index| self.frames[*index]).collect();
+        let some = Placed::of(self.tracks, &frames, self.placed.maps.some(&indices), None)?;
+        let glance = Columns::new(self.tracks, &frames, &some);
+        let mut alike = Extents::default();
+        Some(glance.map(|_, rows| FarEnds::by_some(rows.coordinates, count, &mut alike)))
     }
 
     /// What the rows of one feature show.
@@ -317,6 +355,7 @@ impl WithSimd for Place<'_> {
         let coordinates = 3 * features.len();
         let width = coordinates.next_multiple_of(BLOCK);
         let mut seen = vec![0.0; TOGETHER * width * BLOCK];
+        let later = BLOCK * tracks.features() * size_of::<Point3<f64>>();
         for start in (0..row).step_by(TOGETHER * BLOCK) {
             let blocks = TOGETHER.min((row - start) / BLOCK);
             let maps = maps.map(|maps| &maps[start / BLOCK * MAP..]);
@@ -327,7 +366,7 @@ impl WithSimd for Place<'_> {
                     let index = if start + lane < some.len() { some.start + start + lane } else { 0 };
                     block[lane] = cast_slice(&tracks.frame(frames[index])[features.clone()]);
                 }
-                side_by_side(simd, block, &mut seen[number * width * BLOCK..][..width * BLOCK]);
+                side_by_side(simd, block, later, &mut seen[number * width * BLOCK..][..width * BLOCK]);
             }
             for some in (0..features.len()).step_by(BLOCK) {
                 for number in 0..blocks {
@@ -418,9 +457,10 @@ fn placed<S: Simd>(simd: S, map: &[f64], axis: usize, part: usize, [x, y, z]: [S
     simd.mul_add_e_f64s(by_z, z, sum)
 }
 
-/// Puts the numbers of several frames side by side: `out` has a block for every coordinate.
+/// Puts the numbers of several frames side by side: `out` has a block for every coordinate. Asks for what comes so many
+/// bytes later.
 #[inline(always)]
-fn side_by_side<S: Simd>(simd: S, frames: [&[f64]; BLOCK], out: &mut [f64]) {
+fn side_by_side<S: Simd>(simd: S, frames: [&[f64]; BLOCK], later: usize, out: &mut [f64]) {
     let lanes = S::F64_LANES;
     let out = S::as_mut_simd_f64s(out).0;
     let parts = BLOCK / lanes;
@@ -432,6 +472,7 @@ fn side_by_side<S: Simd>(simd: S, frames: [&[f64]; BLOCK], out: &mut [f64]) {
             let mut square = [zero; BLOCK];
             for k in 0..lanes {
                 let numbers = &frames[part * lanes + k][first..];
+                ahead_of(numbers.as_ptr(), later);
                 square[k] = if first + lanes <= count {
                     S::as_simd_f64s(&numbers[..lanes]).0[0]
                 } else {
@@ -455,3 +496,6 @@ fn side_by_side<S: Simd>(simd: S, frames: [&[f64]; BLOCK], out: &mut [f64]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

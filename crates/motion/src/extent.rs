@@ -2,6 +2,7 @@
 
 mod in_lanes;
 
+pub(crate) use in_lanes::FarEnds;
 pub use in_lanes::{Extents, extent_of_rows, path_length_of_rows};
 
 use nalgebra::{Point3, distance, distance_squared};

@@ -11,7 +11,7 @@ use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::flat_rows::{expanded, first_holds, lanes_lack};
-use crate::prefetch::ahead_of;
+use crate::prefetch::{AHEAD, ahead_of};
 use crate::registration::register_weighted;
 use crate::rotation_in_lanes::{BLOCK, have_digits, solve_rotations};
 use crate::{Pose, Tracks};
@@ -240,7 +240,7 @@ fn add_frame<S: Simd>(
     for triple in 0..triples {
         for k in 0..3 {
             let at = 3 * triple + k;
-            ahead_of(positions[lanes * at..].as_ptr());
+            ahead_of(positions[lanes * at..].as_ptr(), AHEAD);
             let mut q = full[at];
             if !whole {
                 q = simd.mul_f64s(q, row[at]);

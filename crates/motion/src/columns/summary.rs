@@ -214,8 +214,8 @@ mod tests {
 
     #[test]
     fn moments_are_those_of_the_positions_also_where_these_come_in_several_parts() {
-        let wild = |k: usize| (k as f64 * 12.9898).sin().mul_add(43_758.545_3, 0.5).rem_euclid(1.0);
         const FRAMES: usize = 53;
+        let wild = |k: usize| (k as f64 * 12.9898).sin().mul_add(43_758.545_3, 0.5).rem_euclid(1.0);
         let place = |frame: usize| Vector3::new(3.0 + wild(frame), 0.3 * wild(100 + frame), -wild(200 + frame).powi(2));
         let points: Vec<Vector3<f64>> = (0..FRAMES).map(place).collect();
         let form = Matrix3::new(1.0, 0.2, -0.3, 0.2, 0.7, 0.1, -0.3, 0.1, 1.4);

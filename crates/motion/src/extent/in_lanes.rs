@@ -55,6 +55,94 @@ impl Extents {
     }
 }
 
+/// The extent of a trajectory that comes in parts, of which a few points are known beforehand.
+///
+/// These give a pair whose distance is nearly the largest. Of two points that are farther apart, one lies outside the ball
+/// over that pair, and the other at most as much nearer to its centre than the ball's surface; what may be one of them is
+/// collected.
+#[derive(Debug)]
+pub(crate) struct FarEnds {
+    centre: [f64; 3],
+    /// Squared distance of the pair, and squared distances from its centre: from which on ends are collected, and the
+    /// largest; m².
+    best: f64,
+    inner: f64,
+    largest: f64,
+    ends: Ends,
+    most: usize,
+}
+
+/// Thickness of the shell about a ball over a pair of which few points were known, as a share of its radius; ends that are
+/// kept, as a part of the points; and the share by which the ball may still grow where these are too many.
+const THICK: f64 = 0.05;
+const KEPT: usize = 16;
+const GROWING: f64 = 0.002;
+
+impl FarEnds {
+    /// Of a trajectory of so many points; `alike` knows about where a similar one was farthest from itself.
+    pub(crate) fn by_some(rows: [&[f64]; 3], points: usize, alike: &mut Extents) -> Self {
+        alike.of_rows(rows);
+        let (centre, best) = (between(rows, alike.pair), squared(rows, alike.pair));
+        let inner = 0.25 * best * (1.0 - THICK).powi(2);
+        Self { centre, best, inner, largest: 0.0, ends: Ends::default(), most: BLOCK + points / KEPT }
+    }
+
+    pub(crate) fn add(&mut self, rows: [&[f64]; 3]) {
+        Arch::new().dispatch(More { rows, far: self });
+    }
+
+    /// The extent; `None` if there are too many ends, or some were missed.
+    pub(crate) fn extent(self) -> Option<f64> {
+        let (distance, largest) = (self.best.sqrt(), self.largest.sqrt());
+        let missed = ((distance - largest).max(0.0) * (1.0 - SURE)).powi(2) < self.inner;
+        if self.ends.squares.len() > self.most || missed {
+            return None;
+        }
+        Some(Arch::new().dispatch(Across { far: &self }).sqrt())
+    }
+}
+
+struct More<'a> {
+    rows: [&'a [f64]; 3],
+    far: &'a mut FarEnds,
+}
+
+impl WithSimd for More<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { rows, far } = self;
+        let square = farthest(simd, rows, far.centre).0;
+        far.largest = far.largest.max(square);
+        // Most parts have no end.
+        if square <= far.inner || far.ends.squares.len() > far.most {
+            return;
+        }
+        far.ends.collect(simd, rows, far.centre, far.inner, usize::MAX);
+        if far.ends.squares.len() > far.most {
+            // A longer distance makes it enough to look at fewer ends.
+            far.best = far.ends.across(simd, &mut [0; 2], far.best);
+            let nearest = (far.best.sqrt() - far.largest.sqrt()) * (1.0 - GROWING);
+            far.inner = far.inner.max(nearest.max(0.0).powi(2));
+            far.ends.retain(far.inner);
+        }
+    }
+}
+
+struct Across<'a> {
+    far: &'a FarEnds,
+}
+
+impl WithSimd for Across<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        self.far.ends.across(simd, &mut [0; 2], self.far.best)
+    }
+}
+
 /// Points that may be the ends of the longest distance.
 #[derive(Debug, Default)]
 struct Ends {
@@ -114,6 +202,7 @@ impl WithSimd for Extent<'_> {
             // The other end of a longer distance is at most so much nearer to the centre.
             if square.sqrt() <= radius * (1.0 + SHELL) {
                 let inner = radius * (1.0 - SHELL);
+                ends.clear();
                 if ends.collect(simd, rows, centre, inner * inner, BLOCK + count / FEW) {
                     return ends.across(simd, pair, best).sqrt();
                 }
@@ -125,6 +214,7 @@ impl WithSimd for Extent<'_> {
                 continue;
             }
             let inner = (2.0 * radius - square.sqrt()).max(0.0);
+            ends.clear();
             if ends.collect(simd, rows, centre, inner * inner * (1.0 - SURE), BLOCK + (PAIRS * count).isqrt()) {
                 return ends.across(simd, pair, best).sqrt();
             }
@@ -166,10 +256,9 @@ fn squared(rows: [&[f64]; 3], [i, j]: [usize; 2]) -> f64 {
 }
 
 impl Ends {
-    /// Collects the points whose squared distance from a centre exceeds `least`; whether these are not more than `few`.
+    /// Adds the points whose squared distance from a centre exceeds `least`; whether there are not more than `few` then.
     #[inline(always)]
     fn collect<S: Simd>(&mut self, simd: S, rows: [&[f64]; 3], centre: [f64; 3], least: f64, few: usize) -> bool {
-        self.clear();
         let (x, _) = S::as_simd_f64s(rows[0]);
         let (y, _) = S::as_simd_f64s(rows[1]);
         let (z, _) = S::as_simd_f64s(rows[2]);
@@ -215,6 +304,21 @@ impl Ends {
         }
         self.squares.push(square);
         self.indices.push(k);
+    }
+
+    /// Leaves out those whose squared distance is not beyond `least`.
+    fn retain(&mut self, least: f64) {
+        let mut kept = 0;
+        for end in 0..self.squares.len() {
+            if self.squares[end] > least {
+                self.places.iter_mut().for_each(|row| row[kept] = row[end]);
+                (self.squares[kept], self.indices[kept]) = (self.squares[end], self.indices[end]);
+                kept += 1;
+            }
+        }
+        self.places.iter_mut().for_each(|row| row.truncate(kept));
+        self.squares.truncate(kept);
+        self.indices.truncate(kept);
     }
 
     /// The largest squared distance of a pair that has this one, or of two ends; and what pair that is.
