@@ -224,6 +224,9 @@ impl<'r> BodyMotion<'r> {
         settings: &MotionSettings,
     ) {
         let settled = settled_beside.unwrap_or_else(|| settled(tracks, &registered.poses));
+        if let Some(way) = settled.way {
+            self.path = OnceLock::from(Path::of_all(tracks, way, tracks.frames() - 1));
+        }
         let sigma = match settings.noise {
             NoiseSetting::Known(sigma) => Some(sigma),
             NoiseSetting::Estimate => settled.noisy.sigma,

@@ -140,38 +140,60 @@ impl WithSimd for Way<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { tracks, frames } = self;
         let mut sum = simd.splat_f64s(0.0);
-        let [is_0, is_1] = first_holds(simd);
-        // The lane before which a register ends, where numbers of the next one follow.
-        let ends = [1, 2].map(|by| last_lanes(simd, by));
+        let strides = Strides::new(simd);
         for step in frames.windows(2) {
-            let (from, rest_from) = S::as_simd_f64s(cast_slice(tracks.frame(step[0])));
-            let (to, rest_to) = S::as_simd_f64s(cast_slice(tracks.frame(step[1])));
-            for triple in (0..(3 * tracks.features()).div_ceil(S::F64_LANES)).step_by(3) {
-                let mut squares = [simd.splat_f64s(0.0); 5];
-                for k in 0..3 {
-                    let (a, b) = (numbers(simd, from, rest_from, triple + k), numbers(simd, to, rest_to, triple + k));
-                    let d = simd.sub_f64s(b, a);
-                    squares[k] = simd.mul_f64s(d, d);
-                }
-                // Of the lanes that hold an x, every one adds the two numbers that follow.
-                let mut of_points = [squares[0]; 3];
-                for k in 0..3 {
-                    let next = shifted(simd, squares[k], squares[k + 1], 1, ends[0]);
-                    let last = if S::F64_LANES == 1 {
-                        squares[k + 2]
-                    } else {
-                        shifted(simd, squares[k], squares[k + 1], 2, ends[1])
-                    };
-                    of_points[k] = simd.add_f64s(simd.add_f64s(squares[k], next), last);
-                }
-                // The three registers hold them in different lanes.
-                let [a, b, c] = of_points;
-                let (second, third) = if S::F64_LANES % 3 == 1 { (c, b) } else { (b, c) };
-                let of_points = simd.select_f64s(is_0, a, simd.select_f64s(is_1, second, third));
-                sum = simd.add_f64s(sum, simd.sqrt_f64s(of_points));
-            }
+            sum = simd.add_f64s(sum, strides.between(simd, tracks, step[0], step[1]));
         }
         simd.reduce_sum_f64s(sum)
+    }
+}
+
+/// What adds up the squares of the coordinates of points that lie one after another in registers.
+pub(crate) struct Strides<S: Simd> {
+    is_0: S::m64s,
+    is_1: S::m64s,
+    /// The lane before which a register ends, where numbers of the next one follow.
+    ends: [S::m64s; 2],
+}
+
+impl<S: Simd> Strides<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S) -> Self {
+        let [is_0, is_1] = first_holds(simd);
+        Self { is_0, is_1, ends: [last_lanes(simd, 1), last_lanes(simd, 2)] }
+    }
+
+    /// Distances that features go from one frame to another, summed up in every lane; all must be seen.
+    #[inline(always)]
+    pub(crate) fn between(&self, simd: S, tracks: &Tracks, from: usize, to: usize) -> S::f64s {
+        let (from, rest_from) = S::as_simd_f64s(cast_slice(tracks.frame(from)));
+        let (to, rest_to) = S::as_simd_f64s(cast_slice(tracks.frame(to)));
+        let mut sum = simd.splat_f64s(0.0);
+        for triple in (0..(3 * tracks.features()).div_ceil(S::F64_LANES)).step_by(3) {
+            let mut squares = [simd.splat_f64s(0.0); 5];
+            for k in 0..3 {
+                let (a, b) = (numbers(simd, from, rest_from, triple + k), numbers(simd, to, rest_to, triple + k));
+                let d = simd.sub_f64s(b, a);
+                squares[k] = simd.mul_f64s(d, d);
+            }
+            // Of the lanes that hold an x, every one adds the two numbers that follow.
+            let mut of_points = [squares[0]; 3];
+            for k in 0..3 {
+                let next = shifted(simd, squares[k], squares[k + 1], 1, self.ends[0]);
+                let last = if S::F64_LANES == 1 {
+                    squares[k + 2]
+                } else {
+                    shifted(simd, squares[k], squares[k + 1], 2, self.ends[1])
+                };
+                of_points[k] = simd.add_f64s(simd.add_f64s(squares[k], next), last);
+            }
+            // The three registers hold them in different lanes.
+            let [a, b, c] = of_points;
+            let (second, third) = if S::F64_LANES % 3 == 1 { (c, b) } else { (b, c) };
+            let of_points = simd.select_f64s(self.is_0, a, simd.select_f64s(self.is_1, second, third));
+            sum = simd.add_f64s(sum, simd.sqrt_f64s(of_points));
+        }
+        sum
     }
 }
 

@@ -331,7 +331,8 @@ impl Path {
     pub(crate) fn observed(tracks: &Tracks, frames: &[usize]) -> Self {
         let complete = |&frame: &usize| tracks.seen_count(frame) == tracks.features();
         if frames.iter().all(complete) {
-            return Self::of_all(tracks, frames);
+            let steps = frames.last().zip(frames.first()).map_or(0, |(last, first)| last - first);
+            return Self::of_all(tracks, way(tracks, frames), steps);
         }
         let mut path = Self::default();
         let mut latest: Vec<Option<(usize, &Point3<f64>)>> = vec![None; tracks.features()];
@@ -347,11 +348,10 @@ impl Path {
         path
     }
 
-    /// The same where every frame shows all features.
-    fn of_all(tracks: &Tracks, frames: &[usize]) -> Self {
-        let steps = frames.last().zip(frames.first()).map_or(0, |(last, first)| last - first);
+    /// Of so many steps of features that are always seen.
+    pub(crate) fn of_all(tracks: &Tracks, length: f64, steps: usize) -> Self {
         // The largest coordinate of all frames says as well what rounding explains.
-        Self { length: way(tracks, frames), steps: steps * tracks.features(), magnitude: tracks.magnitude() }
+        Self { length, steps: steps * tracks.features(), magnitude: tracks.magnitude() }
     }
 
     /// Of one feature.

@@ -2,10 +2,12 @@
 
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
 
+use std::ops::Range;
+
 use nalgebra::{Point3, Vector3};
 use pulp::Simd;
 
-use crate::flat_rows::{Frame, expanded, padded};
+use crate::flat_rows::{Frame, Strides, expanded, padded};
 use crate::noise::{Noisy, OfFrame, lag_one};
 use crate::poses::{SHAPE_CONVERGED, Shape, change, mean_shape, pose_of, rebase, spread, start};
 use crate::registration_in_lanes::{Look, register_and_look};
@@ -27,6 +29,8 @@ pub(crate) struct Settled {
     pub(crate) noisy: Noisy,
     /// Of every frame, what no coordinate of a residual exceeds, metres.
     largest: Vec<(usize, f64)>,
+    /// Sum of the distances that features go from each frame to the next, metres; `None` where one is not seen.
+    pub(crate) way: Option<f64>,
 }
 
 /// Registers every frame to the first one, by the features that the first one shows, and settles the shape.
@@ -37,7 +41,7 @@ pub(crate) fn first(tracks: &Tracks) -> Result<(Vec<Option<Pose>>, Settled), Reg
     let (start, shape) = start(tracks, 0..tracks.frames())?;
     let mut poses = vec![None; tracks.frames()];
     let places = at_a_glance(tracks, &shape);
-    let seen = Seen::in_frames(tracks, &shape, &places, &mut poses);
+    let seen = Seen::in_frames(tracks, &shape, &places, Some(0.0), &mut poses);
     let settled = further(tracks, places, &poses, seen);
     poses[start] = Some(Pose::identity());
     Ok((poses, settled))
@@ -51,7 +55,7 @@ pub(crate) fn settled(tracks: &Tracks, registered: &[Option<Pose>]) -> Settled {
     let shape =
         if shape.iter().all(Option::is_some) { at_a_glance(tracks, &shape) } else { mean_shape(tracks, registered) };
     let mut poses = vec![None; tracks.frames()];
-    let seen = Seen::in_frames(tracks, &shape, &shape, &mut poses);
+    let seen = Seen::in_frames(tracks, &shape, &shape, Some(0.0), &mut poses);
     further(tracks, shape, &poses, seen)
 }
 
@@ -74,6 +78,7 @@ fn at_a_glance(tracks: &Tracks, shape: &Shape) -> Shape {
 /// moves all poses alike, which nobody sees, as long as frames show the same features; beyond that it changes squares of
 /// residuals by the share `(error / size)² / (3 features - 6)` only. Where features are missing it adds its own square.
 fn further<'t>(tracks: &'t Tracks, mut places: Shape, poses: &[Option<Pose>], mut seen: Seen<'t>) -> Settled {
+    let way = seen.way;
     let mut start = poses.iter().flatten().next().copied();
     let mut round = 1;
     loop {
@@ -102,10 +107,10 @@ fn further<'t>(tracks: &'t Tracks, mut places: Shape, poses: &[Option<Pose>], mu
                 *largest += error;
             }
             rebase(&mut [start], &mut shape);
-            return Settled { shape, noisy, largest };
+            return Settled { shape, noisy, largest, way };
         }
         let mut poses = vec![None; tracks.frames()];
-        seen = Seen::in_frames(tracks, &shape, &shape, &mut poses);
+        seen = Seen::in_frames(tracks, &shape, &shape, None, &mut poses);
         start = poses.into_iter().flatten().next();
         places = shape;
         round += 1;
@@ -156,6 +161,8 @@ struct Seen<'a> {
     whole_frames: f64,
     rows: [Vec<f64>; 3],
 
+    /// As [`Settled::way`], so far.
+    way: Option<f64>,
     /// Of every feature, how many samples it has, and the sum of its places in the body's coordinates.
     counts: Vec<f64>,
     sums: Vec<Vector3<f64>>,
@@ -165,8 +172,14 @@ struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    /// Registers all frames to a shape, and looks at their residuals from some places.
-    fn in_frames(tracks: &'a Tracks, shape: &Shape, places: &Shape, poses: &mut [Option<Pose>]) -> Self {
+    /// Registers all frames to a shape, looks at their residuals from some places, and adds to the way, if it is asked for.
+    fn in_frames(
+        tracks: &'a Tracks,
+        shape: &Shape,
+        places: &Shape,
+        way: Option<f64>,
+        poses: &mut [Option<Pose>],
+    ) -> Self {
         let features = tracks.features();
         let place = |place: &Option<Point3<f64>>| place.map_or_else(Vector3::zeros, |place| place.coords);
         let length = padded(features);
@@ -182,6 +195,7 @@ impl<'a> Seen<'a> {
             masked: [false; BLOCK],
             whole_frames: 0.0,
             rows: [0, 1, 2].map(|_| vec![0.0; length]),
+            way,
             counts: vec![0.0; features],
             sums: Vec::new(),
             frames: Vec::with_capacity(tracks.frames()),
@@ -209,9 +223,26 @@ impl<'a> Seen<'a> {
     }
 }
 
+impl Seen<'_> {
+    /// Adds the ways to some frames from those before them.
+    #[inline(always)]
+    fn go<S: Simd>(&mut self, simd: S, frames: Range<usize>) {
+        let (tracks, strides) = (self.tracks, Strides::new(simd));
+        let mut sum = simd.splat_f64s(0.0);
+        for frame in frames.clone().filter(|frame| *frame > 0) {
+            sum = simd.add_f64s(sum, strides.between(simd, tracks, frame - 1, frame));
+        }
+        let all = frames.into_iter().all(|frame| tracks.seen_count(frame) == tracks.features());
+        self.way = self.way.filter(|_| all).map(|way| way + simd.reduce_sum_f64s(sum));
+    }
+}
+
 impl Look for Seen<'_> {
     #[inline(always)]
     fn look<S: Simd>(&mut self, simd: S, first: usize, poses: &[Option<Pose>]) {
+        if self.way.is_some() {
+            self.go(simd, first..first + poses.len());
+        }
         let (tracks, features, length) = (self.tracks, self.is_known.len(), self.known.len());
         let Some(any) = poses.iter().flatten().next() else { return };
         let mut frames = [Frame::of(simd, tracks, first, any); BLOCK];
