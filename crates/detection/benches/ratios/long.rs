@@ -40,7 +40,7 @@ pub(crate) fn measure(document: &mut Document) {
             3.0,
             "×",
             measured,
-            "trajectories that nobody keeps are placed anew for every look at all of them, four times",
+            "trajectories that nobody keeps are placed anew for every look at all of them, four times; registration visits both bodies",
         );
     }
     match peak {
@@ -52,7 +52,7 @@ pub(crate) fn measure(document: &mut Document) {
                 64.0,
                 "MB",
                 measured,
-                "poses of both bodies, and the rows of some features at a time",
+                "poses of both bodies, the rows of some frames at a time, and what may be the ends of trajectories",
             );
         }
         None => document.absent("the peak of memory (only Linux tells it)".into()),
