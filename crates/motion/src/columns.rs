@@ -22,7 +22,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::extent::FarEnds;
 use crate::flat_rows::lanes_lack;
 use crate::prefetch::ahead_of;
-use crate::{Extents, Pose, Tracks};
+use crate::{Extents, Pose, Tracks, evenly};
 
 /// Frames that are taken together: the lanes of the widest registers.
 const BLOCK: usize = 8;
@@ -290,8 +290,7 @@ impl<'a> Columns<'a> {
             return None;
         }
         let (features, count) = (self.features(), self.frames());
-        let step = (3 * features * count).div_ceil(GLANCE).next_multiple_of(2) - 1;
-        let indices: Vec<usize> = (0..count).step_by(step).collect();
+        let indices = evenly(count, (GLANCE / (3 * features)).max(TOGETHER * BLOCK));
         let frames: Vec<usize> = indices.iter().map(|index| self.frames[*index]).collect();
         let some = Placed::of(self.tracks, &frames, self.placed.maps.some(&indices), None)?;
         let glance = Columns::new(self.tracks, &frames, &some);

@@ -80,48 +80,49 @@ pub(crate) fn estimate(
     if is_free(&before) {
         return Some(Estimate::none(belief));
     }
-    let cost = |x: f64| valley.cost(x);
-    let tried = starts.iter().map(|scale| scale.ln()).filter(|x| x.abs() < RANGE).map(|x| (x, cost(x)));
-    let (mut x, mut least) =
-        tried.fold(
-            (belief.mean, valley.cost_of(belief.mean, &before)),
-            |best, other| if other.1 < best.1 { other } else { best },
-        );
-    // A joint that does not fit tells its scale the less exactly.
-    let misfit = valley.evidence_at(x)?.chi_squared_per_freedom().max(1.0).sqrt();
+    let mut least = (valley.cost_of(belief.mean, &before), Some(before));
+    let mut x = belief.mean;
+    for start in starts.iter().map(|scale| scale.ln()).filter(|start| start.abs() < RANGE) {
+        let found = valley.at(start);
+        if found.0 < least.0 {
+            (x, least) = (start, found);
+        }
+    }
     let mut stride = STRIDE;
     let mut bend = f64::NAN;
     for _ in 0..ROUNDS {
-        let (mut left, mut right) = (cost(x - stride), cost(x + stride));
+        let (mut left, mut right) = (valley.at(x - stride), valley.at(x + stride));
         for _ in 0..STRIDES {
-            if least <= left && least <= right {
+            if least.0 <= left.0 && least.0 <= right.0 {
                 break;
             }
-            if left < right {
+            if left.0 < right.0 {
                 (x, right, least) = (x - stride, least, left);
-                left = cost(x - stride);
+                left = valley.at(x - stride);
             } else {
                 (x, left, least) = (x + stride, least, right);
-                right = cost(x + stride);
+                right = valley.at(x + stride);
             }
         }
-        bend = (left + right - 2.0 * least) / (stride * stride);
+        bend = (left.0 + right.0 - 2.0 * least.0) / (stride * stride);
         if !(bend.is_finite() && bend > 0.0) {
             stride *= NEARER;
             continue;
         }
-        let step = ((left - right) / (2.0 * stride * bend)).clamp(-stride, stride);
-        let deviation = misfit * (2.0 / bend).sqrt();
-        let there = cost(x + step);
-        if there < least {
+        let step = ((left.0 - right.0) / (2.0 * stride * bend)).clamp(-stride, stride);
+        let there = valley.at(x + step);
+        if there.0 < least.0 {
             (x, least) = (x + step, there);
         }
+        // A joint that does not fit tells its scale the less exactly.
+        let misfit = least.1.map_or(1.0, |evidence| evidence.chi_squared_per_freedom().max(1.0));
+        let deviation = (2.0 * misfit / bend).sqrt();
         if step.abs() < 0.05 * deviation && stride < 4.0 * deviation {
             break;
         }
         stride = (2.0 * deviation).clamp(LEAST_STRIDE.max(NEARER * stride), MOST_STRIDE);
     }
-    Some(valley.told(x, bend, &valley.evidence_at(x)?))
+    Some(valley.told(x, bend, &least.1?))
 }
 
 /// How well a joint shows a scale that was found in another way, by what it costs at scales beside it.
@@ -134,10 +135,11 @@ pub(crate) fn shown_at(model: &dyn JointModel, plain: &RelativeMotion<'_>, logar
         return Some(Estimate::none(valley.belief));
     }
     let least = valley.cost_of(logarithm, &here);
+    let beside = |stride: f64| valley.at(logarithm - stride).0 + valley.at(logarithm + stride).0;
     let mut stride = STRIDE_BESIDE;
     let mut bend = f64::NAN;
     for _ in 0..LOOKS {
-        bend = (valley.cost(logarithm - stride) + valley.cost(logarithm + stride) - 2.0 * least) / (stride * stride);
+        bend = (beside(stride) - 2.0 * least) / (stride * stride);
         if !(bend.is_finite() && bend > 0.0) {
             stride = (stride / NEARER).min(MOST_STRIDE);
             continue;
@@ -169,9 +171,10 @@ impl Valley<'_> {
         self.model.fit(&self.plain.rescaled(self.plain.reference(), &scaled).ok()?).ok()?.evidence
     }
 
-    fn cost(&self, logarithm: f64) -> f64 {
+    /// The cost at a scale, infinite where there is none, and what it is of.
+    fn at(&self, logarithm: f64) -> (f64, Option<Evidence>) {
         let found = if logarithm.abs() > RANGE { None } else { self.evidence_at(logarithm) };
-        found.map_or(f64::INFINITY, |evidence| self.cost_of(logarithm, &evidence))
+        (found.as_ref().map_or(f64::INFINITY, |evidence| self.cost_of(logarithm, evidence)), found)
     }
 
     fn cost_of(&self, logarithm: f64, evidence: &Evidence) -> f64 {
