@@ -3,7 +3,8 @@
 
 Reads bodies.f64, (bodies, frames, features, 3), and shape.f64, these three sizes, from the folder given, or an archive
 with `points` and `body_ids`; see ratios/peer.rs. Answers with the confidences rigid, prismatic and revolute of the last
-pair. A request is the number of pairs to judge: neighbours, (0, 1), (1, 2) and so on.
+pair. A request is the number of pairs to judge: neighbours, (0, 1), (1, 2) and so on; and, if it has a second number, how
+often the first pair is judged before time is taken.
 """
 import sys
 import time
@@ -121,7 +122,9 @@ def load(source):
 bodies = load(Path(sys.argv[1]))
 print("ready", flush=True)
 for line in sys.stdin:
-    pairs = int(line)
+    pairs, *before = map(int, line.split())
+    for _ in range(sum(before)):
+        detect(bodies[0], bodies[1])
     start = time.process_time()
     for k in range(pairs):
         scores = detect(bodies[k], bodies[k + 1])

@@ -119,6 +119,7 @@ Times depend on the machine and on who else uses it; ratios hardly do. What is c
 after round, each beside the *floor*, which is reading memory once; the medians of the ratios of the rounds count. Times
 are those that a process computes; where threads or whole programs are compared, those that one waits. A round counts
 where the floor at its start and at its end is within 15 % of its median; where too few do, the page is not written.
+W2, which is quick, is done once by both before it is timed, lest it count what others left in caches.
 Before anything is timed its results are compared: with the scalar solve and nalgebra's singular value
 decomposition for registrations, with numpy for the thesis's scores, and between numbers of threads.
 ";
