@@ -48,7 +48,13 @@ pub(crate) fn measure(document: &mut Document) {
             BY_THE_GRID,
             "whether the scale shows at all is told by five fits of likelihood, which take most of it",
         ),
-        ("", "closed-form", 10.0, EXACTLY, "every model is fitted at some fifteen scales, and a spherical one of a hinge slowly"),
+        (
+            "",
+            "closed-form",
+            10.0,
+            EXACTLY,
+            "every model is fitted at some fifteen scales, and a spherical one of a hinge slowly",
+        ),
     ];
     for (text, search, most, tolerance, bound) in compared {
         let (once, searching) = (with(text, "none"), with(text, search));
