@@ -63,7 +63,9 @@ pub(crate) fn settled(tracks: &Tracks, registered: &[Option<Pose>]) -> Settled {
 fn at_a_glance(tracks: &Tracks, shape: &Shape) -> Shape {
     let missing = Point3::from([f64::NAN; 3]);
     let sample = |frame, feature| tracks.get(frame, feature).copied().unwrap_or(missing);
-    let frames = evenly(tracks.frames(), GLANCE).into_iter();
+    // What repeats a frame exactly says nothing new.
+    let fresh: Vec<usize> = (0..tracks.frames()).filter(|frame| !tracks.repeats_previous(*frame)).collect();
+    let frames = evenly(fresh.len(), GLANCE).into_iter().map(|index| fresh[index]);
     let positions = frames.flat_map(|frame| (0..tracks.features()).map(move |feature| sample(frame, feature)));
     let some = Tracks::new(tracks.features(), positions.collect()).expect("whole frames");
     let mean = mean_shape(&some, &poses_to(&some, shape));
