@@ -127,7 +127,8 @@ pub(crate) fn estimate(
 
 /// How well a joint shows a scale that was found in another way, by what it costs at scales beside it.
 ///
-/// As [`estimate`], but for the scale, which stays.
+/// As [`estimate`], but for the scale, which stays; and by that, where nothing shows beside the scale: it may be far from the
+/// one that this joint asks for.
 pub(crate) fn shown_at(model: &dyn JointModel, plain: &RelativeMotion<'_>, logarithm: f64) -> Option<Estimate> {
     let valley = Valley { model, plain, belief: Belief { mean: logarithm, deviation: ANY } };
     let here = valley.evidence_at(logarithm)?;
@@ -150,7 +151,11 @@ pub(crate) fn shown_at(model: &dyn JointModel, plain: &RelativeMotion<'_>, logar
         }
         stride = deviation.clamp(LEAST_STRIDE.max(NEARER * stride), MOST_STRIDE);
     }
-    Some(valley.told(logarithm, bend, &here))
+    let told = valley.told(logarithm, bend, &here);
+    if told.is_observable() {
+        return Some(told);
+    }
+    Some(Estimate { logarithm, ..estimate(model, plain, &[], valley.belief)? })
 }
 
 /// Whether a joint allows everything, so that the scale does not matter to it.
