@@ -201,6 +201,33 @@ fn moments_lead_to_the_scales_that_the_whole_grid_finds() {
 }
 
 #[test]
+fn a_scale_at_the_end_of_the_range_is_not_determined() {
+    for (range, ends) in
+        [("from = 0.96\nto = 1.2", true), ("from = 0.8\nto = 1.1", false), ("from = 1.0\nto = 1.0", false)]
+    {
+        let configuration = format!("{THESIS}[scale]\nsearch = 'grid'\nstep = 0.02\n{range}\n");
+        let pair = detect(&configuration, of_the_thesis("laptop", 0)).remove(0);
+        let told = pair.notes.iter().any(|note| note.contains("give a wider range"));
+        assert_eq!(told, ends, "{range}: {:?}", pair.notes);
+        assert!(!(told && pair.determined), "{range}");
+    }
+}
+
+#[test]
+fn what_moments_do_not_point_to_is_looked_for_all_over_the_range() {
+    let best = |search: &str, body: &str| {
+        let text =
+            include_str!("../configs/scale.toml").replace("\"grid\"", &format!("\"{search}\"\nbody = \"{body}\""));
+        let pair = detect(&text, of_the_thesis("laptop", 0)).remove(0);
+        (pair.verdict.joint, pair.verdict.confidence)
+    };
+    for body in ["moving", "reference"] {
+        let (grid, moments) = (best("grid", body), best("moments", body));
+        assert!(grid.0 == moments.0 && moments.1 > grid.1 - 0.05, "{body}: {grid:?} {moments:?}");
+    }
+}
+
+#[test]
 fn all_pairs_agree_on_one_scale_per_body() {
     let hinge = |t: f64| place(0.1, 0.0, 0.0) * turn(0.0, 0.0, 0.9 * t) * place(0.1, 0.05, 0.0);
     let slide = |t: f64| place(0.0, 0.05, 0.2 + 0.15 * wave(0.35, t));

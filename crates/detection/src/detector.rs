@@ -21,7 +21,7 @@ use one_camera::{registered, repaired, shows_scale};
 use crate::configuration::NamedModel;
 use crate::pairs::{Pair, WORLD, chosen, names_of};
 use crate::remarks::{doubts, leapt, richer_note, scale_note, told_by};
-use crate::scale::{Belief, factors, over_the_grid, rescale, shown_at, stand_in};
+use crate::scale::{Belief, factors, over_the_grid, point_to, rescale, shown_at, stand_in};
 use crate::watched::Watched;
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
 
@@ -265,13 +265,16 @@ impl Detector {
         pair.frames_used = motion.frames().len();
         let mut factors: BTreeMap<String, f64> =
             estimates.iter().map(|(name, estimate)| (name.clone(), estimate.factor())).collect();
+        let mut ends_there = false;
         let (models, verdict, taking) = if search.tries_scales() && shows_scale(motion) {
             let weigh = |motion: &RelativeMotion<'_>| self.fits(&Views::of(motion.clone()));
             let evidence = self.configuration.models.iter().any(|named| named.model.states_evidence());
-            let grid = over_the_grid(motion, &self.configuration.scale, evidence, weigh);
+            let pointed = self.configuration.models.iter().all(point_to);
+            let grid = over_the_grid(motion, &self.configuration.scale, (evidence, pointed), weigh);
             factors = grid.factors;
             pair.scale = Some(PairScale { curve: Some(grid.curve), ..PairScale::default() });
             let verdict = self.conclude(&grid.models);
+            ends_there = grid.at_an_end.get(&verdict.joint).copied().unwrap_or(false);
             (grid.models, verdict, Taking::AsSeen)
         } else {
             self.weighed(&views)
@@ -286,6 +289,14 @@ impl Detector {
         let doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models, taking);
         pair.determined = doubts.is_empty();
         pair.notes.extend(doubts);
+        if ends_there {
+            pair.determined = false;
+            pair.notes.push(format!(
+                "`{}` does best at the last of the scales that are tried, and may do better beyond: give a wider range, `from` \
+                 and `to` under [scale]",
+                verdict.joint
+            ));
+        }
         let other_side = motion.moving_from_reference();
         for (name, fit) in pair.models.iter_mut().filter_map(|(name, finding)| Some((name, finding.as_mut().ok()?))) {
             // What the fit says of the moving body is at the scale of that fit.

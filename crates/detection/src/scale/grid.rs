@@ -9,6 +9,8 @@ use super::moments::likely;
 use super::{ScaleCurve, ScaleSearch, ScaleSettings, ScaledBody};
 use crate::ModelFinding;
 
+/// One of so many scales is tried where moments do not point to all models' scales.
+const SPARSELY: usize = 10;
 /// Confidence of a joint from which its best scale is looked for beside likely ones.
 const WORTH: f64 = 0.01;
 
@@ -18,14 +20,16 @@ pub(crate) struct GridFit {
     pub(crate) models: BTreeMap<String, ModelFinding>,
     /// Which factor of the moving body that is.
     pub(crate) factors: BTreeMap<String, f64>,
+    /// Whether the range ends where each does best, beyond which it may do better.
+    pub(crate) at_an_end: BTreeMap<String, bool>,
     /// The scores at all scales that were tried.
     pub(crate) curve: ScaleCurve,
 }
 
 /// Tries all scales, or the likely ones; registrations are shared, since scaling turns nothing. `evidence` says whether any
-/// model states it.
+/// model states it, `pointed` whether moments point to the scales of all.
 ///
-/// Likely are those to which moments point, with their neighbours, and then the neighbours of each model's best scale until
+/// Likely are those to which moments point, else one in ten as well, and then the neighbours of each model's best scale until
 /// these are no better.
 ///
 /// The best scale of a model is that of its highest confidence; for one that states evidence, of its least misfit. Of
@@ -36,7 +40,7 @@ pub(crate) struct GridFit {
 pub(crate) fn over_the_grid(
     plain: &RelativeMotion<'_>,
     settings: &ScaleSettings,
-    evidence: bool,
+    (evidence, pointed): (bool, bool),
     weigh: impl Fn(&RelativeMotion<'_>) -> BTreeMap<String, ModelFinding> + Sync,
 ) -> GridFit {
     let (reference, moving) = (plain.reference(), plain.moving());
@@ -62,7 +66,10 @@ pub(crate) fn over_the_grid(
     };
     let mut found: BTreeMap<usize, BTreeMap<String, ModelFinding>> = BTreeMap::new();
     let mut next: BTreeSet<usize> = match settings.search {
-        ScaleSearch::Moments => likely(plain, &of_moving).into_iter().collect(),
+        ScaleSearch::Moments if pointed => likely(plain, &of_moving).into(),
+        ScaleSearch::Moments => {
+            likely(plain, &of_moving).into_iter().chain((0..factors.len()).step_by(SPARSELY)).collect()
+        }
         _ => (0..factors.len()).collect(),
     };
     let mut best = BTreeMap::new();
@@ -88,7 +95,12 @@ pub(crate) fn over_the_grid(
     }
     let tried = found.keys().map(|&index| factors[index]).collect();
     let taken = |(name, index): (&String, &usize)| Some((name.clone(), found.get_mut(index)?.remove(name)?));
+    let last = factors.len() - 1;
     GridFit {
+        at_an_end: best
+            .iter()
+            .map(|(name, &index)| (name.clone(), last > 0 && (index == 0 || index == last)))
+            .collect(),
         factors: best.iter().map(|(name, &index)| (name.clone(), of_moving[index])).collect(),
         models: best.iter().filter_map(taken).collect(),
         curve: ScaleCurve { body: body.into(), factors: tried, scores },

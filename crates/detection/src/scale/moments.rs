@@ -1,5 +1,6 @@
 //! Scales at which trajectories look like those of a joint, by moments that all scales share.
 
+use crate::NamedModel;
 use jointscope_motion::RelativeMotion;
 use jointscope_motion::nalgebra::{Matrix3, Point3, Vector3};
 
@@ -41,6 +42,14 @@ impl Spread {
         let rest = 1.0 - scale;
         self.samples * (scale * scale) + self.mixed * (scale * rest) + self.camera * (rest * rest)
     }
+}
+
+/// Kinds of models, beside those that state evidence, whose joints moments point to.
+const KINDS: [&str; 3] = ["thesis-rigid", "thesis-prismatic", "thesis-revolute"];
+
+/// Whether moments point to the scale at which a model does best.
+pub(crate) fn point_to(model: &NamedModel) -> bool {
+    model.model.states_evidence() || KINDS.contains(&model.kind.as_str())
 }
 
 /// The indices of the factors of the moving body at which trajectories spread least for the scale, are the straightest,
