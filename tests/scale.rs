@@ -137,6 +137,10 @@ fn multiplied(recording: &Recording, factor: f64) -> Recording {
 const THESIS: &str = "[motion]\nregistration = 'chained'\n[models.rigid]\nkind = 'thesis-rigid'\n[models.prismatic]\nkind = \
                       'thesis-prismatic'\n[models.revolute]\nkind = 'thesis-revolute'\n[scoring]\nrule = 'cascade'\n";
 
+/// Confidence by which a search by moments may fall short of the grid's best: peaks of rough scores that it climbs are not
+/// always the highest.
+const SECOND_PEAK: f64 = 0.02;
+
 /// A scene of the thesis by a single camera: the body that is seen at another scale is the second one.
 fn of_the_thesis(scene: &str, seed: u64) -> Recording {
     let options = SceneOptions { monocular: true, seed, ..SceneOptions::default() };
@@ -185,8 +189,7 @@ fn moments_lead_to_the_scales_that_the_whole_grid_finds() {
         let (grid, moments) = (found("grid"), found("moments"));
         let place = format!("{scene} {seed}: {} {} of {:?}", grid.1, moments.1, moments.2.factors);
         assert_eq!(moments.0.joint, grid.0.joint, "{place}");
-        // Joints that hardly score are not followed to their best scale, and take part in the confidence.
-        assert!(moments.0.confidence > grid.0.confidence - 0.02, "{place}");
+        assert!(moments.0.confidence > grid.0.confidence - SECOND_PEAK, "{place}");
         assert!(grid.2.factors.len() == 101 && moments.2.factors.len() < 20, "{place}");
         for (number, factor) in moments.2.factors.iter().enumerate() {
             let same = grid.2.factors.iter().position(|other| other == factor).expect("of the grid");
@@ -223,7 +226,7 @@ fn what_moments_do_not_point_to_is_looked_for_all_over_the_range() {
     };
     for body in ["moving", "reference"] {
         let (grid, moments) = (best("grid", body), best("moments", body));
-        assert!(grid.0 == moments.0 && moments.1 > grid.1 - 0.05, "{body}: {grid:?} {moments:?}");
+        assert!(grid.0 == moments.0 && moments.1 > grid.1 - SECOND_PEAK, "{body}: {grid:?} {moments:?}");
     }
 }
 

@@ -21,7 +21,7 @@ use one_camera::{registered, repaired, shows_scale};
 use crate::configuration::NamedModel;
 use crate::pairs::{Pair, WORLD, chosen, names_of};
 use crate::remarks::{doubts, leapt, richer_note, scale_note, told_by};
-use crate::scale::{Belief, factors, over_the_grid, point_to, rescale, shown_at, stand_in};
+use crate::scale::{Belief, factors, over_the_grid, rescale, shown_at, stand_in};
 use crate::watched::Watched;
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
 
@@ -268,9 +268,7 @@ impl Detector {
         let mut ends_there = false;
         let (models, verdict, taking) = if search.tries_scales() && shows_scale(motion) {
             let weigh = |motion: &RelativeMotion<'_>| self.fits(&Views::of(motion.clone()));
-            let evidence = self.configuration.models.iter().any(|named| named.model.states_evidence());
-            let pointed = self.configuration.models.iter().all(point_to);
-            let grid = over_the_grid(motion, &self.configuration.scale, (evidence, pointed), weigh);
+            let grid = over_the_grid(motion, &self.configuration.scale, &self.configuration.models, weigh);
             factors = grid.factors;
             pair.scale = Some(PairScale { curve: Some(grid.curve), ..PairScale::default() });
             let verdict = self.conclude(&grid.models);

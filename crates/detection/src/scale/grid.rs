@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use jointscope_motion::RelativeMotion;
 use rayon::prelude::*;
 
-use super::moments::likely;
+use super::moments::{likely, point_to};
 use super::{ScaleCurve, ScaleSearch, ScaleSettings, ScaledBody};
-use crate::ModelFinding;
+use crate::{ModelFinding, NamedModel};
 
 /// One of so many scales is tried where moments do not point to all models' scales.
 const SPARSELY: usize = 10;
@@ -26,10 +26,10 @@ pub(crate) struct GridFit {
     pub(crate) curve: ScaleCurve,
 }
 
-/// Tries all scales, or the likely ones; registrations are shared, since scaling turns nothing. `evidence` says whether any
-/// model states it, `pointed` whether moments point to the scales of all.
+/// Tries all scales, or the likely ones, for `weigh` to fit `models` at each; registrations are shared, since scaling turns
+/// nothing.
 ///
-/// Likely are those to which moments point, else one in ten as well, and then the neighbours of each model's best scale until
+/// Likely are those to which moments point, one in ten as well unless they point to those of all models, and then the neighbours of each model's best scale until
 /// these are no better.
 ///
 /// The best scale of a model is that of its highest confidence; for one that states evidence, of its least misfit. Of
@@ -40,11 +40,12 @@ pub(crate) struct GridFit {
 pub(crate) fn over_the_grid(
     plain: &RelativeMotion<'_>,
     settings: &ScaleSettings,
-    (evidence, pointed): (bool, bool),
+    models: &[NamedModel],
     weigh: impl Fn(&RelativeMotion<'_>) -> BTreeMap<String, ModelFinding> + Sync,
 ) -> GridFit {
     let (reference, moving) = (plain.reference(), plain.moving());
     let factors = settings.factors();
+    let evidence = models.iter().any(|named| named.model.states_evidence());
     if !evidence {
         // Once they were looked at coordinate by coordinate, positions at all scales are.
         _ = plain.columns();
@@ -66,7 +67,7 @@ pub(crate) fn over_the_grid(
     };
     let mut found: BTreeMap<usize, BTreeMap<String, ModelFinding>> = BTreeMap::new();
     let mut next: BTreeSet<usize> = match settings.search {
-        ScaleSearch::Moments if pointed => likely(plain, &of_moving).into(),
+        ScaleSearch::Moments if models.iter().all(point_to) => likely(plain, &of_moving).into(),
         ScaleSearch::Moments => {
             likely(plain, &of_moving).into_iter().chain((0..factors.len()).step_by(SPARSELY)).collect()
         }

@@ -16,7 +16,6 @@ use serde::{Deserialize, Serialize};
 pub(crate) use closed_form::{Belief, Estimate, estimate, shown_at};
 pub(crate) use consistent::{Shown, agree, factors};
 pub(crate) use grid::over_the_grid;
-pub(crate) use moments::point_to;
 pub(crate) use one_scale::rescale;
 
 use jointscope_models::{JointModel, lower_pair};

@@ -48,7 +48,7 @@ impl Spread {
 const KINDS: [&str; 3] = ["thesis-rigid", "thesis-prismatic", "thesis-revolute"];
 
 /// Whether moments point to the scale at which a model does best.
-pub(crate) fn point_to(model: &NamedModel) -> bool {
+pub(super) fn point_to(model: &NamedModel) -> bool {
     model.model.states_evidence() || KINDS.contains(&model.kind.as_str())
 }
 
