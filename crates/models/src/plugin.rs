@@ -8,6 +8,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
     FitError, JointFit,
+    lower_pair::Mechanism,
     settings::{self, SettingsError, Value},
 };
 
@@ -29,6 +30,12 @@ pub trait JointModel: Debug + Send + Sync {
     /// # Errors
     /// [`FitError`], which becomes a note beside a confidence of 0.
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError>;
+
+    /// The mechanism whose fit to the poses of a pair its evidence is of, if it is one: such a fit can be
+    /// [followed](crate::lower_pair::Followed) where poses change a little, which spares fits of every scale anew.
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        None
+    }
 
     /// Whether its fits state [`Evidence`](crate::Evidence), which rules that compare likelihoods need.
     fn states_evidence(&self) -> bool {

@@ -2,6 +2,8 @@
 
 mod merged;
 
+use std::sync::OnceLock;
+
 use nalgebra::{Matrix3, Matrix6, Point3, Translation3, Vector3};
 
 use merged::Mean;
@@ -55,7 +57,8 @@ pub struct PoseSeries {
     merged_cost: f64,
     merged_motion: f64,
     turn: f64,
-    ends: Vec<End>,
+    bodies: Vec<Outline>,
+    ends: OnceLock<Vec<End>>,
     play: Play,
     observed: usize,
     leaps: usize,
@@ -76,6 +79,18 @@ pub struct Start {
     pub covariance: Matrix6<f64>,
     /// Its centre, in its coordinates, metres.
     pub centre: Vector3<f64>,
+}
+
+/// One of the two bodies as it is seen in its own coordinates.
+#[derive(Debug, Clone)]
+struct Outline {
+    /// As [`End::centre`].
+    centre: Vector3<f64>,
+    /// Its features, from the centre, metres.
+    features: Vec<Vector3<f64>>,
+    /// The size of the pair, metres, and the share of an error that lasts to the next frame.
+    size: f64,
+    drift: f64,
 }
 
 /// What matters at one of the two bodies.
@@ -128,6 +143,8 @@ impl PoseSeries {
         let (_, first_reference, first_moving) = common.first()?;
         let (moving_origin, reference_centre) = (moving.centre().coords, reference.centre());
         let origin = (first_reference.inverse() * first_moving * Point3::from(moving_origin)).coords;
+        let line = |(body, poses_it): (&BodyMotion<'_>, bool)| Some((body.centre(), body.line()?, poses_it));
+        let lines: Vec<_> = [(moving, true), (reference, false)].into_iter().filter_map(line).collect();
         let [before, after] = [-origin, moving_origin].map(|by| Pose::from(Translation3::from(by)));
         let (taken, evenly) = match as_in {
             Some(other) => {
@@ -150,10 +167,8 @@ impl PoseSeries {
                 covariance[(k + 3, k + 3)] += (LEAST_SHIFT * size).powi(2).max(f64::MIN_POSITIVE.sqrt());
             }
             // What nothing tells of the turn about a line through a body.
-            for (body, pose, centre, poses_it) in
-                [(moving, moving_pose, moving.centre(), true), (reference, reference_pose, reference_centre, false)]
-            {
-                let Some(direction) = body.line() else { continue };
+            for &(centre, direction, poses_it) in &lines {
+                let pose = if poses_it { moving_pose } else { reference_pose };
                 let along = turn * (pose.rotation * direction);
                 let lever = if poses_it {
                     Vector3::zeros()
@@ -182,7 +197,8 @@ impl PoseSeries {
             merged_cost: 0.0,
             merged_motion: 0.0,
             turn: 0.0,
-            ends: Vec::new(),
+            bodies: vec![Outline { centre: Vector3::zeros(), features: moving.features_about_centre(), size, drift }],
+            ends: OnceLock::new(),
             play: *play,
             observed,
             leaps: observed - common.len(),
@@ -196,25 +212,15 @@ impl PoseSeries {
         };
         series.seen = series.poses.len();
         series.turn = series.turn_range();
-        let moving_end = series.end(Vector3::zeros(), &moving.features_about_centre(), size, drift, play, false);
-        series.ends.push(moving_end);
         if !reference.is_at_rest() {
-            let centre = reference_centre.coords - origin;
-            let end = series.end(centre, &reference.features_about_centre(), size, drift, play, true);
-            series.ends.push(end);
+            let (centre, features) = (reference_centre.coords - origin, reference.features_about_centre());
+            series.bodies.push(Outline { centre, features, size, drift });
         }
         Some(series)
     }
 
-    fn end(
-        &self,
-        centre: Vector3<f64>,
-        features: &[Vector3<f64>],
-        size: f64,
-        drift: f64,
-        play: &Play,
-        of_reference: bool,
-    ) -> End {
+    fn end(&self, Outline { centre, features, size, drift }: &Outline, of_reference: bool) -> End {
+        let play = &self.play;
         let travel = far_apart(features)
             .into_iter()
             .map(|feature| {
@@ -224,21 +230,27 @@ impl PoseSeries {
             })
             .fold(0.0, f64::max);
         let square = features.iter().map(Vector3::norm_squared).sum::<f64>() / features.len().max(1) as f64;
-        let shift_noise = self.shift_noise_at(&centre, of_reference);
+        let shift_noise = self.shift_noise_at(centre, of_reference);
         let drifting = play.drift * drift * shift_noise;
         let rest_play = (play.size * size + play.distance).hypot(drifting);
         // What noise adds to the range is no travel.
         let of_noise = NOISE_RANGE * shift_noise.hypot((2.0_f64 / 3.0 * square).sqrt() * self.turn_noise());
         let moved = (travel.powi(2) - of_noise.powi(2)).max(0.0).sqrt();
         let shift_play = (play.travel * moved + play.size * size + play.distance).hypot(drifting);
-        End { centre, travel, radius: square.sqrt(), shift_noise, shift_play, rest_play }
+        End { centre: *centre, travel, radius: square.sqrt(), shift_noise, shift_play, rest_play }
     }
 
     /// Noise of the position of a body's centre as seen from the other body, metres per coordinate.
     fn shift_noise_at(&self, centre: &Vector3<f64>, of_reference: bool) -> f64 {
         let of_pose = |(noise, pose): (&Matrix6<f64>, &Pose)| {
-            let lever = if of_reference { (pose.inverse() * Point3::from(*centre)).coords } else { Vector3::zeros() };
-            carried(noise, &-lever).fixed_view::<3, 3>(3, 3).trace() / 3.0
+            let shift = noise.fixed_view::<3, 3>(3, 3).trace();
+            if !of_reference {
+                return shift / 3.0;
+            }
+            // Of twists about a point from which the pose's centre is at the lever.
+            let lever = -(pose.inverse() * Point3::from(*centre)).coords.cross_matrix();
+            let (turn, mixed) = (noise.fixed_view::<3, 3>(0, 0), noise.fixed_view::<3, 3>(0, 3));
+            (shift + 2.0 * (lever * mixed).trace() + (lever * turn * lever.transpose()).trace()) / 3.0
         };
         median(self.noise.iter().zip(&self.poses).map(of_pose).collect()).sqrt()
     }
@@ -323,12 +335,13 @@ impl PoseSeries {
 
     /// What matters at the moving body and, unless it is the world, at the reference.
     pub fn ends(&self) -> &[End] {
-        &self.ends
+        let end = |(number, body)| self.end(body, number > 0);
+        self.ends.get_or_init(|| self.bodies.iter().enumerate().map(end).collect())
     }
 
     /// Extent of the joint's neighbourhood: the radius of the moving body, metres.
     pub fn radius(&self) -> f64 {
-        self.ends.iter().map(|end| end.radius).fold(0.0, f64::max)
+        self.ends().iter().map(|end| end.radius).fold(0.0, f64::max)
     }
 
     /// Play of joints, as set.
@@ -389,19 +402,20 @@ impl PoseSeries {
         let shifts = spread(self.poses.iter().map(|pose| pose.translation.vector).collect());
         let turns =
             spread(self.poses.iter().map(|pose| (pose.rotation * middle.rotation.inverse()).scaled_axis()).collect());
-        self.ends[0].shift_noise > NEARLY * shifts || self.turn_noise() > NEARLY * turns
+        self.ends()[0].shift_noise > NEARLY * shifts || self.turn_noise() > NEARLY * turns
     }
 
     /// Whether neither turn nor travel, as ranges, exceed so many standard deviations of the noise.
     pub fn is_within_noise(&self, deviations: f64) -> bool {
-        let End { travel, shift_noise, .. } = self.ends[0];
+        let End { travel, shift_noise, .. } = self.ends()[0];
         self.turn < deviations * self.turn_noise() && travel < deviations * shift_noise
     }
 
     pub(crate) fn with_noise(&self, factor: f64) -> Self {
         let mut series = self.clone();
         series.noise.iter_mut().for_each(|noise| *noise *= factor * factor);
-        series.ends.iter_mut().for_each(|end| end.shift_noise *= factor);
+        let larger = |end: &End| End { shift_noise: factor * end.shift_noise, ..*end };
+        series.ends = OnceLock::from(self.ends().iter().map(larger).collect::<Vec<_>>());
         series
     }
 

@@ -1,6 +1,6 @@
 //! The scale as a parameter of a joint.
 
-use jointscope_models::{Evidence, JointModel};
+use jointscope_models::{Evidence, JointModel, lower_pair::Followed};
 use jointscope_motion::RelativeMotion;
 
 /// Logarithms of scales that are looked at.
@@ -20,6 +20,8 @@ const LOOKS: usize = 4;
 const FITTING: f64 = 4.0;
 /// Deviation of the logarithm of a scale of which nothing is known beforehand.
 const ANY: f64 = 1.0;
+/// Distance to which a fit at one scale is followed instead of fitted anew.
+const FOLLOWED: f64 = 0.05;
 /// Strides towards the least cost, and rounds of parabolas through three costs.
 const STRIDES: usize = 12;
 const ROUNDS: usize = 10;
@@ -75,7 +77,7 @@ pub(crate) fn estimate(
     starts: &[f64],
     belief: Belief,
 ) -> Option<Estimate> {
-    let valley = Valley { model, plain, belief };
+    let mut valley = Valley { model, plain, belief, followed: None };
     let before = valley.evidence_at(belief.mean)?;
     if is_free(&before) {
         return Some(Estimate::none(belief));
@@ -130,13 +132,13 @@ pub(crate) fn estimate(
 /// As [`estimate`], but for the scale, which stays; and by that, where nothing shows beside the scale: it may be far from the
 /// one that this joint asks for.
 pub(crate) fn shown_at(model: &dyn JointModel, plain: &RelativeMotion<'_>, logarithm: f64) -> Option<Estimate> {
-    let valley = Valley { model, plain, belief: Belief { mean: logarithm, deviation: ANY } };
+    let mut valley = Valley { model, plain, belief: Belief { mean: logarithm, deviation: ANY }, followed: None };
     let here = valley.evidence_at(logarithm)?;
     if is_free(&here) {
         return Some(Estimate::none(valley.belief));
     }
     let least = valley.cost_of(logarithm, &here);
-    let beside = |stride: f64| valley.at(logarithm - stride).0 + valley.at(logarithm + stride).0;
+    let mut beside = |stride: f64| valley.at(logarithm - stride).0 + valley.at(logarithm + stride).0;
     let mut stride = STRIDE_BESIDE;
     let mut bend = f64::NAN;
     for _ in 0..LOOKS {
@@ -168,16 +170,31 @@ struct Valley<'a> {
     model: &'a dyn JointModel,
     plain: &'a RelativeMotion<'a>,
     belief: Belief,
+    /// The latest fit that can be followed, and the scale at which it was begun.
+    followed: Option<(f64, Followed<'a>)>,
 }
 
 impl Valley<'_> {
-    fn evidence_at(&self, logarithm: f64) -> Option<Evidence> {
+    fn evidence_at(&mut self, logarithm: f64) -> Option<Evidence> {
         let scaled = self.plain.moving().scaled(logarithm.exp());
-        self.model.fit(&self.plain.rescaled(self.plain.reference(), &scaled).ok()?).ok()?.evidence
+        let motion = self.plain.rescaled(self.plain.reference(), &scaled).ok()?;
+        let Some((mechanism, series)) = self.model.mechanism().zip(motion.pose_series()) else {
+            return self.model.fit(&motion).ok()?.evidence;
+        };
+        let near = |(begun, _): &&mut (f64, Followed<'_>)| (logarithm - *begun).abs() <= FOLLOWED;
+        if let Some((_, followed)) = self.followed.as_mut().filter(near)
+            && let Some(chi_squared) = followed.chi_squared(series)
+        {
+            return Some(Evidence { chi_squared, ..*followed.evidence() });
+        }
+        let begun = Followed::begin(mechanism, series).ok()?;
+        let evidence = *begun.evidence();
+        self.followed = Some((logarithm, begun));
+        Some(evidence)
     }
 
     /// The cost at a scale, infinite where there is none, and what it is of.
-    fn at(&self, logarithm: f64) -> (f64, Option<Evidence>) {
+    fn at(&mut self, logarithm: f64) -> (f64, Option<Evidence>) {
         let found = if logarithm.abs() > RANGE { None } else { self.evidence_at(logarithm) };
         (found.as_ref().map_or(f64::INFINITY, |evidence| self.cost_of(logarithm, evidence)), found)
     }

@@ -75,6 +75,10 @@ impl JointModel for Cylindrical {
         Ok(fit)
     }
 
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        Some(self)
+    }
+
     fn states_evidence(&self) -> bool {
         true
     }

@@ -9,8 +9,7 @@ use jointscope_motion::{
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 use super::Mechanism;
-use super::linearisation::{Linear, Linearisation, Whitening};
-use super::mixing::{Mixing, Step};
+use super::linearisation::{Bends, Linear, Linearisation, Whitening};
 
 /// Unknowns: six of the joint's coordinates, six of the home pose, two constants.
 pub(super) const UNKNOWNS: usize = 14;
@@ -25,6 +24,10 @@ const TRIAL_FRAMES: usize = 64;
 /// Relative change of the cost that ends a fit: where the normal equations promise no more, or two iterations in a row
 /// have brought no more.
 const CONVERGED: f64 = 1e-6;
+/// Share of what an iteration brought from which on the next one creeps.
+const CREEPING: f64 = 0.1;
+/// By which factor a step of Newton is shortened until it lowers the cost.
+const SHORTER: f64 = 0.3;
 /// Steps that are tried, ever shorter ones; the first damping, and the least.
 const TRIES: usize = 5;
 const FIRST_DAMPING: f64 = 1e-3;
@@ -76,10 +79,10 @@ pub struct Fitted {
 /// of every frame are eliminated by an orthogonal projection; damping (Levenberg-Marquardt) keeps what the data do not
 /// tell where it is.
 ///
-/// Of many frames, a few tell which start is the best, and bring it near to where all frames have it. Steps learn from
-/// those before them.
+/// Of many frames, a few tell which start is the best, and bring it near to where all frames have it. Where steps of
+/// Gauss-Newton creep, Newton's are taken.
 ///
-/// No frame allocates, and no iteration after the first four.
+/// No frame allocates, and no iteration.
 pub fn fit(
     mechanism: &dyn Mechanism,
     poses: &[Pose],
@@ -143,6 +146,19 @@ impl<'a> Fit<'a> {
         Some(Self { state: best?, problem, linear, left_of_few: 0.0 })
     }
 
+    /// A fit that begins at a placement, with the positions of every frame.
+    pub(super) fn at(
+        mechanism: &'a dyn Mechanism,
+        poses: &'a [Pose],
+        whitening: Cow<'a, [Matrix6<f64>]>,
+        placement: Placement,
+        positions: Vec<Vector3<f64>>,
+    ) -> Self {
+        let problem = Problem::of(mechanism, poses, whitening);
+        let (state, linear) = (State::new(&problem, placement, positions), problem.linearisation());
+        Self { problem, linear, state, left_of_few: 0.0 }
+    }
+
     /// Iterates until nothing is left to gain.
     pub(super) fn settle(&mut self) {
         self.state.iterate(&self.problem, &mut self.linear, ITERATIONS, 0.0);
@@ -167,6 +183,11 @@ impl<'a> Fit<'a> {
 
     pub(super) fn residuals(&self) -> &[Twist] {
         &self.state.now.residuals
+    }
+
+    /// Where it is, and the positions of every frame.
+    pub(super) fn place(self) -> (Placement, Vec<Vector3<f64>>) {
+        (self.state.placement, self.state.now.positions)
     }
 
     /// What is found.
@@ -225,10 +246,12 @@ struct State {
     next: Trial,
     cost: f64,
     damping: f64,
+    /// What the last iteration brought, infinite before there was one.
+    gain: f64,
+    creeps: bool,
     stalled: usize,
     iterations: usize,
     converged: bool,
-    mixing: Mixing,
 }
 
 impl State {
@@ -242,10 +265,11 @@ impl State {
             now,
             cost: f64::INFINITY,
             damping: 0.0,
+            gain: f64::INFINITY,
+            creeps: false,
             stalled: 0,
             iterations: 0,
             converged: false,
-            mixing: Mixing::default(),
         };
         state.begin_anew(problem);
         state
@@ -255,19 +279,23 @@ impl State {
     fn begin_anew(&mut self, problem: &Problem<'_>) {
         self.cost = self.now.follow(problem, &self.placement);
         (self.damping, self.stalled, self.iterations, self.converged) = (FIRST_DAMPING, 0, 0, false);
-        self.mixing.clear();
+        (self.gain, self.creeps) = (f64::INFINITY, false);
     }
 
     /// Iterates up to so many iterations in all, or until no more than a share of the cost is promised.
     fn iterate(&mut self, problem: &Problem<'_>, linear: &mut Linearisation, iterations: usize, enough: f64) {
         while !self.converged && self.iterations < iterations {
-            let (normal, gradient) = self.linearise(problem, linear);
+            let (normal, gradient, bends) = self.linearise(problem, linear, self.creeps);
             let ends = CONVERGED * (1.0 + self.cost);
-            let mut proposed = solve(&normal, &gradient, self.damping);
+            let propose = |damping: f64| {
+                let step = solve(&normal, &gradient, damping)?;
+                Some(bends.as_ref().map_or(step, |bends| bends.newton(&normal, &gradient, &step)))
+            };
+            let mut proposed = propose(self.damping);
             let mut promised = promised(linear, proposed.as_ref(), &gradient);
             // Damping never adds to what is promised.
             if promised < ends.max(enough * self.cost) {
-                let whole = solve(&normal, &gradient, LEAST_DAMPING);
+                let whole = propose(LEAST_DAMPING);
                 promised = self::promised(linear, whole.as_ref(), &gradient);
                 if promised < enough * self.cost {
                     break;
@@ -284,8 +312,13 @@ impl State {
         }
     }
 
-    /// Normal equations of the unknowns, the positions eliminated.
-    fn linearise(&self, problem: &Problem<'_>, linear: &mut Linearisation) -> (Normal, Unknowns) {
+    /// Normal equations of the unknowns, the positions eliminated, with their bends if these are asked for.
+    fn linearise(
+        &self,
+        problem: &Problem<'_>,
+        linear: &mut Linearisation,
+        bent: bool,
+    ) -> (Normal, Unknowns, Option<Bends>) {
         let Placement { joint, home, constants } = self.placement;
         let Trial { positions, inverses, residuals } = &self.now;
         for (frame, q) in positions.iter().enumerate() {
@@ -299,11 +332,12 @@ impl State {
                 },
             );
         }
-        linear.equations(&problem.lanes, &(home.inverse() * joint))
+        let (normal, gradient, bends) = linear.equations(&problem.lanes, &(home.inverse() * joint), bent);
+        let gradient = bends.as_ref().map_or(gradient, |bends| bends.gradient(&gradient));
+        (normal, gradient, bends)
     }
 
-    /// A step as proposed or, by more damping, ever shorter ones, mixed with those before or alone; `false` if none of so
-    /// many lowers the cost.
+    /// A step as proposed or ever shorter ones, of Gauss-Newton by more damping; `false` if none of so many lowers the cost.
     fn step(
         &mut self,
         problem: &Problem<'_>,
@@ -312,44 +346,30 @@ impl State {
         proposed: Option<Unknowns>,
         tries: usize,
     ) -> bool {
-        for attempt in 0..tries {
-            let step = if attempt == 0 { proposed } else { solve(normal, gradient, self.damping) };
-            let Some(step) = step else { return false };
+        let mut proposed = proposed;
+        for _ in 0..tries {
+            let Some(step) = proposed else { return false };
             let turn = step.fixed_rows::<3>(0).amax().max(step.fixed_rows::<3>(6).amax());
             let step = if turn > LARGEST_TURN { step * (LARGEST_TURN / turn) } else { step };
-            let shares = if attempt == 0 { self.mixing.shares(normal, &step) } else { None };
-            if attempt > 0 {
-                self.mixing.clear();
-            }
-            let mut now = self.mixing.spare(step);
-            now.moves.extend((0..self.now.positions.len()).map(|frame| linear.advance(frame, &step)));
-            if let Some(shares) = shares {
-                self.mixing.mix(&mut now, &shares);
-                if self.take(problem, &now) {
-                    self.mixing.keep(now);
-                    return true;
-                }
-            }
-            now.alone();
-            if self.take(problem, &now) {
+            if self.take(problem, linear, &step) {
                 self.damping = (self.damping / 5.0).max(LEAST_DAMPING);
-                self.mixing.keep(now);
                 return true;
             }
             self.damping = (self.damping * 10.0).min(1e6);
+            proposed = if self.creeps { Some(step * SHORTER) } else { solve(normal, gradient, self.damping) };
         }
         false
     }
 
     /// Takes a step if that lowers the cost.
-    fn take(&mut self, problem: &Problem<'_>, step: &Step) -> bool {
+    fn take(&mut self, problem: &Problem<'_>, linear: &Linearisation, step: &Unknowns) -> bool {
         let placement = Placement {
-            joint: self.placement.joint * twist::exp(&step.taken.fixed_rows::<6>(0).into_owned()),
-            home: self.placement.home * twist::exp(&step.taken.fixed_rows::<6>(6).into_owned()),
-            constants: self.placement.constants + step.taken.fixed_rows::<2>(12),
+            joint: self.placement.joint * twist::exp(&step.fixed_rows::<6>(0).into_owned()),
+            home: self.placement.home * twist::exp(&step.fixed_rows::<6>(6).into_owned()),
+            constants: self.placement.constants + step.fixed_rows::<2>(12),
         };
-        for (next, (q, moved)) in self.next.positions.iter_mut().zip(self.now.positions.iter().zip(&step.moved)) {
-            *next = problem.mechanism.advance(q, moved);
+        for (frame, (next, q)) in self.next.positions.iter_mut().zip(&self.now.positions).enumerate() {
+            *next = problem.mechanism.advance(q, &linear.advance(frame, step));
         }
         let cost = self.next.follow(problem, &placement);
         if cost > self.cost || cost.is_nan() {
@@ -357,6 +377,7 @@ impl State {
         }
         let gain = self.cost - cost;
         self.stalled = if gain < CONVERGED * (1.0 + cost) { self.stalled + 1 } else { 0 };
+        (self.gain, self.creeps) = (gain, gain > CREEPING * self.gain);
         self.placement = placement;
         std::mem::swap(&mut self.now, &mut self.next);
         self.cost = cost;
@@ -364,7 +385,7 @@ impl State {
     }
 
     fn fitted(&self, problem: &Problem<'_>, linear: &mut Linearisation) -> Fitted {
-        let (normal, _) = self.linearise(problem, linear);
+        let (normal, ..) = self.linearise(problem, linear, false);
         let covariance = solve_all(&normal);
         let position_noise = (0..problem.poses.len())
             .map(|frame| {

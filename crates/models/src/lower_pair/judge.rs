@@ -53,6 +53,8 @@ pub struct Judged {
     pub misfit: (f64, f64),
     /// Range of the turn that the joint explains, radians.
     pub sweep: f64,
+    /// By which frames far off weigh less; none where none is.
+    pub(super) weights: Vec<Weights>,
 }
 
 /// Fits a mechanism to the poses of a pair, and says how well it explains them.
@@ -118,7 +120,7 @@ fn judge_beside(mechanism: &dyn Mechanism, series: &PoseSeries, rival: &Rival) -
             let evidence = evidence_of(mechanism, series, &rough, Some(&found));
             if rival.outdoes(&evidence) {
                 let (misfit, ideal, adequate) = (found.misfit, rough.clone(), rough);
-                return Ok(Judged { ideal, adequate, evidence, misfit, sweep });
+                return Ok(Judged { ideal, adequate, evidence, misfit, sweep, weights: Vec::new() });
             }
         }
     }
@@ -134,7 +136,7 @@ fn judge_beside(mechanism: &dyn Mechanism, series: &PoseSeries, rival: &Rival) -
         evidence.freedom = drifting::expected(mechanism, series, &ideal).max(LEAST_FREEDOM * evidence.freedom);
     }
     let sweep = sweep(mechanism, &adequate);
-    let mut judged = Judged { ideal, adequate, evidence, misfit: (0.0, 0.0), sweep };
+    let mut judged = Judged { ideal, adequate, evidence, misfit: (0.0, 0.0), sweep, weights };
     if plays {
         let mut departure = departure(&judged.adequate, mechanism, series, sweep, None);
         if series.tracked() && mechanism.mobility().turns < 3 && departure.squared > WRONG_PRICE {
@@ -167,16 +169,19 @@ fn judge_beside(mechanism: &dyn Mechanism, series: &PoseSeries, rival: &Rival) -
 
 /// What a fit states, the misfit as play left to be added where it is not given.
 fn evidence_of(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, misfit: Option<&Found>) -> Evidence {
-    // Robust weights find the joint; what the frames cost is told without them.
-    let square = |(white, residual): (&Matrix6<f64>, &Twist)| (white * residual).norm_squared();
-    let squares: Vec<f64> = series.whitening().iter().zip(&fitted.residuals).map(square).collect();
-    let of_poses = Evidence::of_poses(mechanism.mobility(), series);
     Evidence {
-        chi_squared: of_poses.chi_squared + sum_of(&squares, 6.0, series.correlation_time()),
+        chi_squared: chi_squared(series, &fitted.residuals),
         configuration_cost: configuration_cost(mechanism, fitted),
         departure: misfit.map(Found::evidence),
-        ..of_poses
+        ..Evidence::of_poses(mechanism.mobility(), series)
     }
+}
+
+/// What residuals leave unexplained. Robust weights find the joint; what the frames cost is told without them.
+pub(super) fn chi_squared(series: &PoseSeries, residuals: &[Twist]) -> f64 {
+    let square = |(white, residual): (&Matrix6<f64>, &Twist)| (white * residual).norm_squared();
+    let squares: Vec<f64> = series.whitening().iter().zip(residuals).map(square).collect();
+    series.merged_cost() + sum_of(&squares, 6.0, series.correlation_time())
 }
 
 impl Evidence {
@@ -241,10 +246,10 @@ impl Judged {
 }
 
 /// Weights of rotation and position of a frame.
-type Weights = [f64; 2];
+pub(super) type Weights = [f64; 2];
 
 /// Roots of the information of every pose with the frames' weights, if there are any.
-fn weighted<'a>(roots: &'a [Matrix6<f64>], weights: &[Weights]) -> Cow<'a, [Matrix6<f64>]> {
+pub(super) fn weighted<'a>(roots: &'a [Matrix6<f64>], weights: &[Weights]) -> Cow<'a, [Matrix6<f64>]> {
     if weights.is_empty() {
         return Cow::Borrowed(roots);
     }

@@ -6,9 +6,13 @@
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
 #![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
+mod bends;
+
 use jointscope_motion::{Pose, twist, twist::Twist};
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use pulp::{Arch, Simd, WithSimd};
+
+pub(super) use bends::Bends;
 
 use super::engine::{Normal, UNKNOWNS, Unknowns};
 
@@ -109,9 +113,20 @@ impl Linearisation {
     }
 
     /// Normal equations of the unknowns, the positions eliminated; `carry` takes joint coordinates to the moving body's.
-    pub(super) fn equations(&mut self, white: &Whitening, carry: &Pose) -> (Normal, Unknowns) {
-        let carry = twist::adjoint(carry);
-        Arch::new().dispatch(Equations { white, carry: &carry, linear: self })
+    ///
+    /// If asked for, also what bends take off them; positions then follow a step by their bends as well.
+    pub(super) fn equations(
+        &mut self,
+        white: &Whitening,
+        carry: &Pose,
+        bent: bool,
+    ) -> (Normal, Unknowns, Option<Bends>) {
+        let carry = &twist::adjoint(carry);
+        if bent {
+            Arch::new().dispatch(Equations::<true> { white, carry, linear: self })
+        } else {
+            Arch::new().dispatch(Equations::<false> { white, carry, linear: self })
+        }
     }
 
     /// How a step of the unknowns moves the positions of a frame.
@@ -150,14 +165,14 @@ impl Linearisation {
     }
 }
 
-struct Equations<'a> {
+struct Equations<'a, const BENT: bool> {
     white: &'a Whitening,
     carry: &'a Matrix6<f64>,
     linear: &'a mut Linearisation,
 }
 
-impl WithSimd for Equations<'_> {
-    type Output = (Normal, Unknowns);
+impl<const BENT: bool> WithSimd for Equations<'_, BENT> {
+    type Output = (Normal, Unknowns, Option<Bends>);
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
@@ -170,13 +185,14 @@ impl WithSimd for Equations<'_> {
     }
 }
 
-impl Equations<'_> {
+impl<const BENT: bool> Equations<'_, BENT> {
     #[inline(always)]
-    fn of_columns<S: Simd, const COLUMNS: usize>(self, simd: S) -> (Normal, Unknowns) {
+    fn of_columns<S: Simd, const COLUMNS: usize>(self, simd: S) -> (Normal, Unknowns, Option<Bends>) {
         let Self { white, carry, linear } = self;
         let freedoms = linear.freedoms;
         let zero = simd.splat_f64s(0.0);
         let (mut normal, mut gradient) = ([[zero; COLUMNS]; COLUMNS], [zero; COLUMNS]);
+        let mut bends = bends::Sums::<S, COLUMNS>::zero(simd);
         for (white, block) in white.0.iter().zip(&mut linear.blocks) {
             for at in 0..BLOCK / S::F64_LANES {
                 let mut w = [[zero; 6]; 6];
@@ -185,14 +201,25 @@ impl Equations<'_> {
                         w[r][c] = load(simd, &white[6 * r + c], at);
                     }
                 }
+                let mut left = [zero; 6];
+                for c in 0..6 {
+                    left[c] = load(simd, &block.residual[c], at);
+                }
+                let mut residual = [zero; 6];
+                for r in 0..6 {
+                    for c in 0..6 {
+                        residual[r] = simd.mul_add_e_f64s(w[r][c], left[c], residual[r]);
+                    }
+                }
+                let dual = unwhitened(simd, &w, &residual);
+                let w = before_residual(simd, &w, &left);
                 let carried = whitened_carry(simd, &w, carry);
                 let along = carried_back(simd, &carried, block, at);
-                let (mut j, mut residual) = ([[zero; COLUMNS]; 6], [zero; 6]);
+                let mut j = [[zero; COLUMNS]; 6];
                 for r in 0..6 {
                     for c in 0..6 {
                         j[r][c] = simd.sub_f64s(along[r][c], carried[r][c]);
                         j[r][6 + c] = w[r][c];
-                        residual[r] = simd.mul_add_e_f64s(w[r][c], load(simd, &block.residual[c], at), residual[r]);
                     }
                     for constant in 0..COLUMNS - 12 {
                         for m in 0..6 {
@@ -202,6 +229,9 @@ impl Equations<'_> {
                     }
                 }
                 eliminate(simd, block, at, freedoms, &along, &mut j, &mut residual);
+                if BENT {
+                    bends.add(simd, block, at, freedoms, carry, &dual);
+                }
                 for a in 0..COLUMNS {
                     for r in 0..6 {
                         gradient[a] = simd.mul_add_e_f64s(j[r][a], residual[r], gradient[a]);
@@ -224,7 +254,7 @@ impl Equations<'_> {
                 sums[(b, a)] = sums[(a, b)];
             }
         }
-        (sums, right)
+        (sums, right, if BENT { Some(bends.summed_up(simd)) } else { None })
     }
 }
 
@@ -236,6 +266,35 @@ fn load<S: Simd>(_: S, lanes: &Lanes, part: usize) -> S::f64s {
 #[inline(always)]
 fn store<S: Simd>(_: S, lanes: &mut Lanes, part: usize, value: S::f64s) {
     S::as_mut_simd_f64s(lanes).0[part] = value;
+}
+
+/// The gradient of a frame's cost by its residual, `Wᵀ W e`.
+#[inline(always)]
+fn unwhitened<S: Simd>(simd: S, w: &[[S::f64s; 6]; 6], whitened: &[S::f64s; 6]) -> [S::f64s; 6] {
+    let mut dual = [simd.splat_f64s(0.0); 6];
+    for r in 0..6 {
+        for c in 0..6 {
+            dual[c] = simd.mul_add_e_f64s(w[r][c], whitened[r], dual[c]);
+        }
+    }
+    dual
+}
+
+/// `W (1 - ad(e)/2)`: what comes before a residual `e` changes it by so much, to first order.
+#[inline(always)]
+fn before_residual<S: Simd>(simd: S, w: &[[S::f64s; 6]; 6], left: &[S::f64s; 6]) -> [[S::f64s; 6]; 6] {
+    let half = simd.splat_f64s(0.5);
+    let (turn, shift) = ([left[0], left[1], left[2]], [left[3], left[4], left[5]]);
+    let mut out = *w;
+    for r in 0..6 {
+        let (of_turn, of_shift) = ([w[r][0], w[r][1], w[r][2]], [w[r][3], w[r][4], w[r][5]]);
+        let (a, b, c) = (cross(simd, of_turn, turn), cross(simd, of_shift, shift), cross(simd, of_shift, turn));
+        for k in 0..3 {
+            out[r][k] = simd.sub_f64s(w[r][k], simd.mul_f64s(half, simd.add_f64s(a[k], b[k])));
+            out[r][3 + k] = simd.sub_f64s(w[r][3 + k], simd.mul_f64s(half, c[k]));
+        }
+    }
+    out
 }
 
 /// `W Ad(carry)`, where the upper right of an adjoint is zero.
@@ -324,6 +383,16 @@ fn eliminate<S: Simd, const COLUMNS: usize>(
 }
 
 #[inline(always)]
+fn cross<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> [S::f64s; 3] {
+    let mut out = a;
+    for k in 0..3 {
+        let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+        out[k] = simd.sub_f64s(simd.mul_f64s(a[next], b[last]), simd.mul_f64s(a[last], b[next]));
+    }
+    out
+}
+
+#[inline(always)]
 fn scalar_product<S: Simd>(simd: S, a: &[S::f64s; 6], b: &[S::f64s; 6]) -> S::f64s {
     let mut sum = simd.mul_f64s(a[0], b[0]);
     for r in 1..6 {
@@ -365,16 +434,23 @@ mod tests {
                 let (twists, by_constants) = (twists(frame), by_constants(frame));
                 linear.set(frame, &Linear { residual, inverse, twists, by_constants });
             }
-            let (normal, gradient) = linear.equations(&Whitening::of(&white), &carry);
+            let (normal, gradient, _) = linear.equations(&Whitening::of(&white), &carry, false);
 
             let (mut expected, mut right) = (Normal::zeros(), Unknowns::zeros());
             let step = Unknowns::from_fn(|row, _| if row < 12 + constants { wild(600 + row) } else { 0.0 });
             for frame in 0..FRAMES {
-                let carried = white[frame] * twist::adjoint(&carry);
+                // What is multiplied on the left of `exp(e)` moves `e` by half a bracket less.
+                let (turn, shift) = (twist::angular(&residuals[frame]), twist::linear(&residuals[frame]));
+                let mut bracket = Matrix6::zeros();
+                bracket.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn.cross_matrix());
+                bracket.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn.cross_matrix());
+                bracket.fixed_view_mut::<3, 3>(3, 0).copy_from(&shift.cross_matrix());
+                let before = white[frame] * (Matrix6::identity() - 0.5 * bracket);
+                let carried = before * twist::adjoint(&carry);
                 let along = carried * twist::adjoint(&inverses[frame]);
                 let mut jacobian = SMatrix::<f64, 6, UNKNOWNS>::zeros();
                 jacobian.fixed_view_mut::<6, 6>(0, 0).copy_from(&(along - carried));
-                jacobian.fixed_view_mut::<6, 6>(0, 6).copy_from(&white[frame]);
+                jacobian.fixed_view_mut::<6, 6>(0, 6).copy_from(&before);
                 for constant in 0..constants {
                     jacobian.set_column(12 + constant, &(along * by_constants(frame)[constant]));
                 }

@@ -59,6 +59,10 @@ impl JointModel for Planar {
         if motion.pose_series().is_some() { judge(self, motion) } else { point_path::plane(motion) }
     }
 
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        Some(self)
+    }
+
     fn states_evidence(&self) -> bool {
         true
     }

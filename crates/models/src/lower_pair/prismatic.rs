@@ -83,6 +83,10 @@ impl JointModel for Prismatic {
         Ok(straight.or_bent(&arc, self.bend, self.sweep))
     }
 
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        Some(self)
+    }
+
     fn states_evidence(&self) -> bool {
         true
     }

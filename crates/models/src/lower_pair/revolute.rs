@@ -76,6 +76,10 @@ impl JointModel for Revolute {
         hinge(motion)
     }
 
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        Some(self)
+    }
+
     fn states_evidence(&self) -> bool {
         true
     }

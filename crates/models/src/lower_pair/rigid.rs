@@ -54,6 +54,10 @@ impl JointModel for Rigid {
         if motion.pose_series().is_some() { judge(self, motion) } else { point_path::rest(motion) }
     }
 
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        Some(self)
+    }
+
     fn states_evidence(&self) -> bool {
         true
     }

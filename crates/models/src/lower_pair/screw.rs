@@ -92,6 +92,10 @@ impl JointModel for Screw {
         Ok(fit)
     }
 
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        Some(self)
+    }
+
     fn states_evidence(&self) -> bool {
         true
     }

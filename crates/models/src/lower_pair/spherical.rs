@@ -97,6 +97,10 @@ impl JointModel for Spherical {
         Ok(fit)
     }
 
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        Some(self)
+    }
+
     fn states_evidence(&self) -> bool {
         true
     }

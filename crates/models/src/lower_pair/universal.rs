@@ -70,6 +70,10 @@ impl JointModel for Universal {
         judge(self, motion)
     }
 
+    fn mechanism(&self) -> Option<&dyn Mechanism> {
+        Some(self)
+    }
+
     fn states_evidence(&self) -> bool {
         true
     }

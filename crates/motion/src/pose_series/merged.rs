@@ -1,10 +1,10 @@
 //! Successive frames merged into one.
 
-use std::ops::Range;
+use std::{ops::Range, sync::OnceLock};
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::PoseSeries;
+use super::{End, PoseSeries};
 use crate::{Pose, twist};
 
 /// Most frames that are merged into one: in more, motion would be lost.
@@ -48,9 +48,9 @@ impl PoseSeries {
             merged_motion,
             ..self.clone()
         };
-        for number in 0..merged.ends.len() {
-            merged.ends[number].shift_noise = merged.shift_noise_at(&self.ends[number].centre, number > 0);
-        }
+        let quieter =
+            |(number, end): (usize, &End)| End { shift_noise: merged.shift_noise_at(&end.centre, number > 0), ..*end };
+        merged.ends = OnceLock::from(self.ends().iter().enumerate().map(quieter).collect::<Vec<_>>());
         Some(merged)
     }
 }
