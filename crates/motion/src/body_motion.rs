@@ -4,7 +4,7 @@ mod rest;
 mod scaled;
 
 use std::borrow::Cow;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
@@ -65,6 +65,8 @@ pub struct BodyMotion<'r> {
     path: OnceLock<Path>,
     rows: OnceLock<Option<RowsAsSeen>>,
     maps: OnceLock<Maps>,
+    posed: OnceLock<Arc<[usize]>>,
+    always_seen: OnceLock<bool>,
     start_covariance: Option<Matrix6<f64>>,
 }
 
@@ -210,6 +212,8 @@ impl<'r> BodyMotion<'r> {
             path: OnceLock::new(),
             rows: OnceLock::new(),
             maps: OnceLock::new(),
+            posed: OnceLock::new(),
+            always_seen: OnceLock::new(),
             start_covariance: None,
         }
     }
@@ -543,6 +547,16 @@ impl<'r> BodyMotion<'r> {
     pub(crate) fn maps_from_recording(&self) -> &Maps {
         let inverse = |frame: usize| self.poses[frame].unwrap_or_default().inverse();
         self.maps.get_or_init(|| Maps::of(&(0..self.poses.len()).collect::<Vec<_>>(), inverse))
+    }
+
+    /// The frames in which the body has a pose, increasing.
+    pub(crate) fn posed_frames(&self) -> &Arc<[usize]> {
+        self.posed.get_or_init(|| (0..self.poses.len()).filter(|&frame| self.poses[frame].is_some()).collect())
+    }
+
+    /// Whether every frame shows a feature.
+    pub(crate) fn is_always_seen(&self) -> bool {
+        *self.always_seen.get_or_init(|| (0..self.tracks.frames()).all(|frame| self.tracks.seen_count(frame) > 0))
     }
 
     /// The first frame in which the body has a pose: there its coordinates are the recording's.

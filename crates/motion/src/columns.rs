@@ -79,16 +79,19 @@ impl Rows<'_> {
     }
 }
 
-/// Rotations row by row, then translations, of eight frames each; what is filled up is the first frame.
+/// Rotations row by row, then translations, of eight frames each; what is filled up is the first frame. And the weights of
+/// frames, 0 of what is filled up.
 #[derive(Debug, Clone)]
-pub(crate) struct Maps(Arc<Aligned>);
+pub(crate) struct Maps {
+    numbers: Arc<Aligned>,
+    weights: Arc<Aligned>,
+}
 
 impl Maps {
     /// Of the `pose` of each of some frames.
     pub(crate) fn of(frames: &[usize], pose: impl Fn(usize) -> Pose) -> Self {
-        let row = frames.len().next_multiple_of(BLOCK);
-        let mut maps = Aligned::zeros(MAP * row / BLOCK);
-        for index in 0..row {
+        let mut maps = Aligned::zeros(MAP * frames.len().div_ceil(BLOCK));
+        for index in 0..frames.len().next_multiple_of(BLOCK) {
             let pose = pose(frames[if index < frames.len() { index } else { 0 }]);
             let (maps, lane) = (&mut maps[index / BLOCK * MAP..][..MAP], index % BLOCK);
             let rotation = pose.rotation.to_rotation_matrix();
@@ -99,21 +102,26 @@ impl Maps {
                 maps[(9 + axis) * BLOCK + lane] = pose.translation.vector[axis];
             }
         }
-        Self(Arc::new(maps))
+        Self::with(maps, frames.len())
+    }
+
+    fn with(numbers: Aligned, frames: usize) -> Self {
+        let mut weights = Aligned::zeros(frames.next_multiple_of(BLOCK));
+        weights[..frames].fill(1.0);
+        Self { numbers: Arc::new(numbers), weights: Arc::new(weights) }
     }
 
     /// Those of the frames with these indices.
     fn some(&self, indices: &[usize]) -> Self {
-        let row = indices.len().next_multiple_of(BLOCK);
-        let mut maps = Aligned::zeros(MAP * row / BLOCK);
-        for lane in 0..row {
+        let mut maps = Aligned::zeros(MAP * indices.len().div_ceil(BLOCK));
+        for lane in 0..indices.len().next_multiple_of(BLOCK) {
             let index = indices[if lane < indices.len() { lane } else { 0 }];
             for k in 0..MAP / BLOCK {
                 maps[lane / BLOCK * MAP + k * BLOCK + lane % BLOCK] =
-                    self.0[index / BLOCK * MAP + k * BLOCK + index % BLOCK];
+                    self.numbers[index / BLOCK * MAP + k * BLOCK + index % BLOCK];
             }
         }
-        Self(Arc::new(maps))
+        Self::with(maps, indices.len())
     }
 }
 
@@ -155,7 +163,6 @@ fn shows_all(tracks: &Tracks, frames: &[usize]) -> bool {
 #[derive(Debug, Clone)]
 pub(crate) struct Placed {
     maps: Maps,
-    weights: Aligned,
     numbers: Option<Buffer>,
     summaries: OnceLock<Vec<Summary>>,
 }
@@ -168,14 +175,12 @@ impl Placed {
             return None;
         }
         let (features, row) = (tracks.features(), frames.len().next_multiple_of(BLOCK));
-        let mut weights = Aligned::zeros(row);
-        weights[..frames.len()].fill(1.0);
-        let mut placed = Self { maps, weights, numbers: None, summaries: OnceLock::new() };
+        let mut placed = Self { maps, numbers: None, summaries: OnceLock::new() };
         if 3 * features * row <= KEPT {
             let mut numbers = Buffer::of(3 * features * row);
             match seen {
                 Some(seen) => {
-                    Arch::new().dispatch(Turn { seen, maps: &placed.maps.0, numbers: &mut numbers.0 });
+                    Arch::new().dispatch(Turn { seen, maps: &placed.maps.numbers, numbers: &mut numbers.0 });
                 }
                 None => {
                     placed.place(
@@ -192,14 +197,14 @@ impl Placed {
     }
 
     fn place(&self, tracks: &Tracks, frames: &[usize], of: Part, numbers: &mut [f64]) {
-        Arch::new().dispatch(Place { tracks, frames, maps: Some(&self.maps.0), of, numbers });
+        Arch::new().dispatch(Place { tracks, frames, maps: Some(&self.maps.numbers), of, numbers });
     }
 
     /// The rows of a part's feature, given the numbers of the part.
     fn rows<'a>(&'a self, numbers: &'a [f64], frames: &Range<usize>, feature: usize) -> Rows<'a> {
         let row = frames.len().next_multiple_of(BLOCK);
         let coordinates = [0, 1, 2].map(|axis| &numbers[(3 * feature + axis) * row..][..row]);
-        Rows { coordinates, weights: &self.weights[frames.start..][..row], frames: frames.len() }
+        Rows { coordinates, weights: &self.maps.weights[frames.start..][..row], frames: frames.len() }
     }
 
     fn rows_of_all<'a>(&'a self, numbers: &'a [f64], frames: &Range<usize>, features: usize) -> Vec<Rows<'a>> {
@@ -254,7 +259,7 @@ impl<'a> Columns<'a> {
         if let Some(numbers) = &placed.numbers {
             return (0..features).map(|feature| look(feature, placed.rows(&numbers.0, &all, feature))).collect();
         }
-        let row = placed.weights.len();
+        let row = placed.maps.weights.len();
         // Whole registers of every frame, if as many fit.
         let fit = BLOCKWISE / (3 * row);
         let together = (if fit < BLOCK { fit } else { fit / BLOCK * BLOCK }).clamp(1, features);
@@ -271,6 +276,15 @@ impl<'a> Columns<'a> {
     /// What every feature's trajectory shows at a glance; found once, for whoever asks.
     pub fn summaries(&self) -> &'a [Summary] {
         self.placed.summaries.get_or_init(|| {
+            let mut alike = Extents::default();
+            if self.placed.numbers.is_some() {
+                // Caches hold one feature's rows.
+                return self.map(|_, rows| {
+                    let mut sums = Sums::default();
+                    sums.add(rows);
+                    sums.summary(alike.of_rows(rows.coordinates))
+                });
+            }
             let mut sums = vec![Sums::default(); self.features()];
             let mut far = self.far_ends();
             self.in_turn(|_, rows| {
@@ -278,17 +292,13 @@ impl<'a> Columns<'a> {
                 far.iter_mut().flatten().zip(rows).for_each(|(far, rows)| far.add(rows.coordinates));
             });
             let told = far.and_then(|far| far.into_iter().map(FarEnds::extent).collect::<Option<Vec<f64>>>());
-            let mut alike = Extents::default();
             let extents = told.unwrap_or_else(|| self.map(|_, rows| alike.of_rows(rows.coordinates)));
             sums.iter().zip(extents).map(|(sums, extent)| sums.summary(extent)).collect()
         })
     }
 
-    /// Where the ends of the features' trajectories are, unless all positions are at hand.
+    /// Where the ends of the features' trajectories may be, as a few frames tell.
     fn far_ends(&self) -> Option<Vec<FarEnds>> {
-        if self.placed.numbers.is_some() {
-            return None;
-        }
         let (features, count) = (self.features(), self.frames());
         let indices = evenly(count, (GLANCE / (3 * features)).max(TOGETHER * BLOCK));
         let frames: Vec<usize> = indices.iter().map(|index| self.frames[*index]).collect();
@@ -304,7 +314,7 @@ impl<'a> Columns<'a> {
         if let Some(numbers) = &placed.numbers {
             return look(placed.rows(&numbers.0, &all, feature));
         }
-        let mut numbers = Aligned::zeros(3 * placed.weights.len());
+        let mut numbers = Aligned::zeros(3 * placed.maps.weights.len());
         let of = Part { frames: all.clone(), features: feature..feature + 1 };
         placed.place(self.tracks, self.frames, of, &mut numbers);
         look(placed.rows(&numbers, &all, 0))

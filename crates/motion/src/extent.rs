@@ -3,7 +3,7 @@
 mod in_lanes;
 
 pub(crate) use in_lanes::FarEnds;
-pub use in_lanes::{Extents, extent_of_rows, path_length_of_rows};
+pub use in_lanes::{Extents, extent_of_rows, farthest_of_rows, path_length_of_rows};
 
 use nalgebra::{Point3, distance, distance_squared};
 
@@ -101,6 +101,9 @@ mod tests {
                 let rows = [&rows[0][..], &rows[1], &rows[2]];
                 let off = (extent_of_rows(rows) / extent(&points) - 1.0).abs();
                 assert!(off < 1e-15, "{count} points in lanes: {off:e}");
+                let far = |k: usize| distance(&points[0], &points[k]);
+                let farthest = far(farthest_of_rows(rows, &points[0]));
+                assert!((0..points.len()).all(|k| far(k) <= farthest * (1.0 + 1e-15)), "{count} points in lanes");
                 let off = (path_length_of_rows(rows, points.len()) / path_length(&points) - 1.0).abs();
                 assert!(off < 1e-13, "the path of {count} points in lanes: {off:e}");
             }

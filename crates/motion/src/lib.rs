@@ -56,7 +56,7 @@ pub use body_motion::{BodyMotion, Noise, Outlier};
 pub use columns::{Columns, Rows, Summary};
 pub use depth_gain::{DepthGain, Undone, undo_depth_gain};
 pub use error::MotionError;
-pub use extent::{Extents, extent, extent_of_rows, path_length, path_length_of_rows};
+pub use extent::{Extents, extent, extent_of_rows, farthest_of_rows, path_length, path_length_of_rows};
 pub use frame_by_frame::FrameByFrame;
 pub use growing::GrowingRecording;
 pub use leaps::{Leaps, leaps};

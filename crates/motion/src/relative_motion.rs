@@ -1,6 +1,6 @@
 //! The motion of one body as seen from another.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Point3, Vector3, distance};
 
@@ -95,7 +95,7 @@ pub struct Lengths {
 pub struct RelativeMotion<'m> {
     reference: &'m BodyMotion<'m>,
     moving: &'m BodyMotion<'m>,
-    frames: Vec<usize>,
+    frames: Arc<[usize]>,
     trajectories: OnceLock<Trajectories>,
     columns: OnceLock<Option<Placed>>,
     paths: OnceLock<Lengths>,
@@ -118,8 +118,12 @@ impl<'m> RelativeMotion<'m> {
             return Err(RelativeMotionError::Unposed { body: reference.name().into(), reason: reason.into() });
         }
         let tracks = moving.tracks();
-        let shows_both = |&frame: &usize| reference.poses()[frame].is_some() && tracks.seen_count(frame) > 0;
-        let frames: Vec<usize> = (0..tracks.frames()).filter(shows_both).collect();
+        let posed = reference.posed_frames();
+        let frames = if moving.is_always_seen() {
+            posed.clone()
+        } else {
+            posed.iter().copied().filter(|&frame| tracks.seen_count(frame) > 0).collect()
+        };
         if frames.is_empty() {
             let (reference, moving) = (reference.name().into(), moving.name().into());
             return Err(RelativeMotionError::NeverTogether { reference, moving });

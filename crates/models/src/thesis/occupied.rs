@@ -44,9 +44,16 @@ impl Degrees {
 
 /// The longest run of empty degrees around the circle.
 fn longest_gap(occupied: &[u8; ROW]) -> u16 {
+    /// Eight degrees all of which are occupied.
+    const FULL: u64 = 0x0101_0101_0101_0101;
     let (mut first, mut last, mut longest) = (None, 0, 0);
     for (start, word) in (0..).step_by(8).zip(occupied.as_chunks().0) {
         let mut word = u64::from_le_bytes(*word);
+        if word == FULL && first.is_some() {
+            longest = longest.max(start - last - 1);
+            last = start + 7;
+            continue;
+        }
         while word != 0 {
             #[expect(clippy::cast_possible_truncation, reason = "a byte of eight")]
             let degree = start + (word.trailing_zeros() / 8) as u16;

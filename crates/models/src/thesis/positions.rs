@@ -3,7 +3,7 @@
 use super::lanes::Turned;
 use jointscope_motion::RelativeMotion;
 use nalgebra::{Complex, Point3, Unit, Vector3};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Displacement along `direction` in metres, per frame of the recording; 0 at the first frame.
 pub(super) fn slides(motion: &RelativeMotion<'_>, direction: Unit<Vector3<f64>>) -> Vec<Option<f64>> {
@@ -40,6 +40,9 @@ pub(super) fn turns(
 /// The angle of a product of places that is nearest to the previous one.
 fn nearest(turned: Complex<f64>, previous: f64) -> f64 {
     let angle = turned.arg();
+    if (previous - angle).abs() < PI {
+        return angle;
+    }
     angle + TAU * ((previous - angle) / TAU).round()
 }
 

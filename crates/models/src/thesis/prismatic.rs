@@ -1,7 +1,7 @@
 //! `thesis-prismatic`: all trajectories inside one straight tube, and of one length.
 
-use jointscope_motion::{Columns, RelativeMotion, Trajectory, extent, path_length};
-use nalgebra::{Point3, Unit, Vector3};
+use jointscope_motion::{Columns, RelativeMotion, Trajectory, extent, farthest_of_rows, path_length};
+use nalgebra::{Point3, Unit, Vector3, distance_squared};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -165,8 +165,8 @@ impl ThesisPrismatic {
     fn see(&self, tracks: &[Trajectory<'_>]) -> Option<Seen> {
         let extents: Vec<f64> = tracks.iter().map(|t| extent(t.points)).collect();
         let longest = match self.longest {
-            Longest::Extent => first_longest(&extents),
-            Longest::Path => first_longest(&tracks.iter().map(|t| path_length(t.points)).collect::<Vec<_>>()),
+            Longest::Extent => first_longest(extents.iter().copied()),
+            Longest::Path => first_longest(tracks.iter().map(|t| path_length(t.points))),
         };
         let tube = Tube::along(tracks[longest].points.iter().copied())?;
         let samples = || tracks.iter().flat_map(|t| aligned(t, &tracks[longest])).map(|p| tube.place(&p));
@@ -186,12 +186,15 @@ impl ThesisPrismatic {
     fn see_rows(&self, columns: Columns<'_>) -> Option<Seen> {
         let count = columns.features() as f64;
         let summaries = columns.summaries();
-        let extents: Vec<f64> = summaries.iter().map(|one| one.extent).collect();
+        let extents = summaries.iter().map(|one| one.extent);
         let longest = match self.longest {
-            Longest::Extent => first_longest(&extents),
-            Longest::Path => first_longest(&summaries.iter().map(|one| one.path).collect::<Vec<_>>()),
+            Longest::Extent => first_longest(extents.clone()),
+            Longest::Path => first_longest(summaries.iter().map(|one| one.path)),
         };
-        let tube = columns.of(longest, |rows| Tube::along((0..rows.frames).map(|index| rows.point(index))))?;
+        let (start, magnitude) = (summaries[longest].first, summaries[longest].magnitude);
+        let tube = columns.of(longest, |rows| {
+            Tube::between(start, rows.point(farthest_of_rows(rows.coordinates, &start)), magnitude)
+        })?;
         let sections = self.section_count(columns.frames() * columns.features());
         let line = tube.direction.into_inner() * tube.length;
         let mut tallied = Tallied::new(line, self.tube_radius, self.overshoot, sections, columns.frames());
@@ -201,10 +204,10 @@ impl ThesisPrismatic {
             squares += starts.map(|(rows, known)| along_tube(*rows, known.first, frame, &mut tallied)).sum::<f64>();
         });
         let slides = tallied.slides(columns.features());
-        let greatest = extents.iter().copied().fold(0.0, f64::max);
+        let greatest = extents.clone().fold(0.0, f64::max);
         Some(Seen {
             cylinder_fit: self.weakest(tallied.sections()),
-            mean_length: extents.iter().map(|own| own / greatest).sum::<f64>() / count,
+            mean_length: extents.map(|own| own / greatest).sum::<f64>() / count,
             off_line: above_rounding((squares / (count * columns.frames() as f64)).sqrt() * tube.length, columns),
             features: columns.features(),
             alone: 0,
@@ -248,8 +251,9 @@ impl ThesisPrismatic {
 }
 
 /// The first of the longest.
-fn first_longest(lengths: &[f64]) -> usize {
-    (0..lengths.len()).fold(0, |best, i| if lengths[i] > lengths[best] { i } else { best })
+fn first_longest(lengths: impl Iterator<Item = f64>) -> usize {
+    let longer = |best: (usize, f64), (index, length)| if length > best.1 { (index, length) } else { best };
+    lengths.enumerate().fold((0, f64::NEG_INFINITY), longer).0
 }
 
 /// Points counted in a section of the tube.
@@ -292,11 +296,14 @@ struct Tube {
 impl Tube {
     fn along(points: impl Iterator<Item = Point3<f64>> + Clone) -> Option<Self> {
         let start = points.clone().next()?;
-        let offsets = points.clone().map(|p| p - start);
-        let farthest = offsets.max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))?;
-        let (direction, length) = Unit::try_new_and_get(farthest, 0.0)?;
-        // A motion that is all rounding has no direction.
-        let magnitude = points.fold(0.0_f64, |m, p| m.max(p.coords.amax()));
+        let from_start = |p: &Point3<f64>| distance_squared(&start, p);
+        let farthest = points.clone().max_by(|a, b| from_start(a).total_cmp(&from_start(b)))?;
+        Self::between(start, farthest, points.fold(0.0, |most, p| most.max(p.coords.amax())))
+    }
+
+    /// `None` for a motion that is all rounding of coordinates of this magnitude, which has no direction.
+    fn between(start: Point3<f64>, farthest: Point3<f64>, magnitude: f64) -> Option<Self> {
+        let (direction, length) = Unit::try_new_and_get(farthest - start, 0.0)?;
         (length > 1e-13 * magnitude).then_some(Self { start, direction, length })
     }
 

@@ -70,6 +70,8 @@ impl BodyMotion<'_> {
                 .get()
                 .map_or_else(OnceLock::new, |known| OnceLock::from(known.as_ref().map(|rows| rows.scaled(factor)))),
             maps: OnceLock::new(),
+            posed: self.posed.clone(),
+            always_seen: self.always_seen.clone(),
             start_covariance: self.start_covariance.as_ref().map(carried),
         }
     }

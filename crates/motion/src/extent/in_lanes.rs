@@ -3,6 +3,7 @@
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
 #![expect(clippy::needless_range_loop, reason = "one index runs through several rows")]
 
+use nalgebra::Point3;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Points in a block, whose box is looked at first.
@@ -39,6 +40,8 @@ pub fn extent_of_rows(rows: [&[f64]; 3]) -> f64 {
 #[derive(Debug, Default)]
 pub struct Extents {
     pair: [usize; 2],
+    /// Whether ends were too many to be looked at.
+    filled: bool,
     ends: Ends,
     boxes: Boxes,
 }
@@ -51,7 +54,7 @@ impl Extents {
     pub fn of_rows(&mut self, rows: [&[f64]; 3]) -> f64 {
         let [x, y, z] = rows;
         assert!(x.len() == y.len() && x.len() == z.len(), "three rows of one length");
-        Arch::new().dispatch(Extent { rows, pair: &mut self.pair, ends: &mut self.ends, boxes: &mut self.boxes })
+        Arch::new().dispatch(Extent { rows, known: self })
     }
 }
 
@@ -170,11 +173,33 @@ pub fn path_length_of_rows(rows: [&[f64]; 3], points: usize) -> f64 {
     Arch::new().dispatch(Length { from: rows.map(|row| &row[..points - 1]), to: rows.map(|row| &row[1..points]) })
 }
 
+/// The index of a point that is farthest from a place; 0 if there is none.
+///
+/// # Panics
+/// If the rows have different lengths.
+pub fn farthest_of_rows(rows: [&[f64]; 3], place: &Point3<f64>) -> usize {
+    let [x, y, z] = rows;
+    assert!(x.len() == y.len() && x.len() == z.len(), "three rows of one length");
+    Arch::new().dispatch(Farthest { rows, place: place.coords.into() })
+}
+
+struct Farthest<'a> {
+    rows: [&'a [f64]; 3],
+    place: [f64; 3],
+}
+
+impl WithSimd for Farthest<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> usize {
+        farthest(simd, self.rows, self.place).1
+    }
+}
+
 struct Extent<'a> {
     rows: [&'a [f64]; 3],
-    pair: &'a mut [usize; 2],
-    ends: &'a mut Ends,
-    boxes: &'a mut Boxes,
+    known: &'a mut Extents,
 }
 
 impl WithSimd for Extent<'_> {
@@ -182,7 +207,7 @@ impl WithSimd for Extent<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { rows, pair, ends, boxes } = self;
+        let Self { rows, known: Extents { pair, filled, ends, boxes } } = self;
         let count = rows[0].len();
         if count == 0 {
             return 0.0;
@@ -204,6 +229,7 @@ impl WithSimd for Extent<'_> {
                 let inner = radius * (1.0 - SHELL);
                 ends.clear();
                 if ends.collect(simd, rows, centre, inner * inner, BLOCK + count / FEW) {
+                    *filled = false;
                     return ends.across(simd, pair, best).sqrt();
                 }
                 break;
@@ -213,11 +239,15 @@ impl WithSimd for Extent<'_> {
                 (best, *pair) = (farther, [out, to]);
                 continue;
             }
+            if *filled {
+                break;
+            }
             let inner = (2.0 * radius - square.sqrt()).max(0.0);
             ends.clear();
             if ends.collect(simd, rows, centre, inner * inner * (1.0 - SURE), BLOCK + (PAIRS * count).isqrt()) {
                 return ends.across(simd, pair, best).sqrt();
             }
+            *filled = true;
             break;
         }
         if count > MOST {
@@ -233,7 +263,7 @@ impl WithSimd for Extent<'_> {
 
 /// As [`extent`](crate::extent), which needs no pair of blocks for each other.
 fn by_boxes([x, y, z]: [&[f64]; 3]) -> f64 {
-    let points: Vec<_> = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| nalgebra::Point3::new(x, y, z)).collect();
+    let points: Vec<_> = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| Point3::new(x, y, z)).collect();
     crate::extent(&points)
 }
 
