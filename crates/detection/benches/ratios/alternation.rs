@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use rayon::ThreadPool;
+
 use crate::document::Document;
 
 /// Rounds of what is quick and of what takes seconds, and how many more are tried while memory is disturbed.
@@ -27,12 +29,19 @@ impl<'a> Contestant<'a> {
         Self::new(name, move || seconds_of(times, &mut work))
     }
 
-    /// The same after it was done once: caches that others have filled are its own again, as they are in the middle of work.
-    pub(crate) fn going_on(name: impl Into<String>, times: usize, mut work: impl FnMut() + 'a) -> Self {
-        Self::new(name, move || {
+    /// One in a pool of one thread that is done once, and then so many times in a row: caches that others have filled are
+    /// its own again, as they are in the middle of work. The thread itself reads the clock, which of others lags behind.
+    pub(crate) fn going_on(
+        name: impl Into<String>,
+        pool: &'a ThreadPool,
+        times: usize,
+        mut work: impl FnMut() + Send + 'a,
+    ) -> Self {
+        let mut work = move || {
             work();
             seconds_of(times, &mut work)
-        })
+        };
+        Self::new(name, move || pool.install(&mut work))
     }
 
     /// One on several threads, or in a process of its own: what counts is how long one waits.

@@ -30,7 +30,7 @@ fn one_pair(document: &mut Document) {
     for (joint, recording) in &scenes {
         let (detector, pool) = (&detector, &pool);
         let all = format!("{joint} pair");
-        contestants.push(Contestant::repeated(all, 2, move || drop(detect(detector, pool, recording))));
+        contestants.push(Contestant::going_on(all, pool, 3, move || drop(detect(detector, pool, recording))));
     }
     let registrations = || scenes[1].1.bodies().iter().map(|body| BodyMotion::of(body, &settings));
     contestants.push(Contestant::repeated("both registrations alone", 5, move || {

@@ -28,7 +28,7 @@ pub(crate) fn measure(document: &mut Document) {
         Some(memory("VmHWM:")? - before)
     });
     let floor = numbers(&recording);
-    let contestants = vec![Contestant::repeated("ours", 1, || drop(detect(&detector, &pool, &recording)))];
+    let contestants = vec![Contestant::going_on("ours", &pool, 1, || drop(detect(&detector, &pool, &recording)))];
     let times = alternate(document, "W5", FEW_ROUNDS, &floor, contestants);
     let mut row = |what: &str, most, unit, measured, bound| {
         let (what, wanted) = (what.into(), Wanted::AtMost(most));

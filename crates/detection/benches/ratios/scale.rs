@@ -60,8 +60,8 @@ pub(crate) fn measure(document: &mut Document) {
         let (once, searching) = (with(text, "none"), with(text, search));
         let fault = fault(&detect(&searching, &pool, &recording), tolerance);
         let contestants = vec![
-            Contestant::repeated("once", 1, || drop(detect(&once, &pool, &recording))),
-            Contestant::repeated("searching", 1, || drop(detect(&searching, &pool, &recording))),
+            Contestant::going_on("once", &pool, 5, || drop(detect(&once, &pool, &recording))),
+            Contestant::going_on("searching", &pool, 1, || drop(detect(&searching, &pool, &recording))),
         ];
         let times = alternate(document, &format!("W4, {search}"), FEW_ROUNDS, &floor, contestants);
         let what = match search {

@@ -87,8 +87,8 @@ fn one_pair(document: &mut Document) {
     let ours = confidences(&detect(&detector, &pool, &recording).pairs[0]);
     let mut contestants = vec![
         // As the peer, which goes through its script once before it is timed.
-        Contestant::going_on("ours", 5, || drop(detect(&detector, &pool, &recording))),
-        Contestant::going_on("ours, chained", 5, || drop(detect(&printed, &pool, &recording))),
+        Contestant::going_on("ours", &pool, 5, || drop(detect(&detector, &pool, &recording))),
+        Contestant::going_on("ours, chained", &pool, 5, || drop(detect(&printed, &pool, &recording))),
     ];
     let mut fault = None;
     match numpy(&recording, 1, &ours) {
@@ -132,7 +132,7 @@ fn all_pairs(document: &mut Document) {
     let last = found.pairs.iter().find(|pair| [pair.reference.as_str(), pair.moving.as_str()] == last);
     let ours = last.map(confidences).unwrap_or_default();
     let mut contestants = vec![
-        Contestant::repeated("one thread", 1, || drop(detect(&detector, &one, &recording))),
+        Contestant::going_on("one thread", &one, 1, || drop(detect(&detector, &one, &recording))),
         Contestant::awaited("one thread, awaited", || drop(detect(&detector, &one, &recording))),
         Contestant::awaited("two threads", || drop(detect(&detector, &two, &recording))),
     ];
