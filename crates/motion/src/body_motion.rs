@@ -8,6 +8,8 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
+use scaled::TracksAtScale;
+
 use crate::columns::{Maps, RowsAsSeen, rows_as_seen};
 use crate::line::{Line, is_line};
 use crate::noise::{Deformation, Noisy, Spread, Trust, believed_drift, lag_one};
@@ -46,7 +48,7 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct BodyMotion<'r> {
     name: &'r str,
-    tracks: Cow<'r, Tracks>,
+    tracks: TracksAtScale<'r>,
     poses: Vec<Option<Pose>>,
     unposed: Option<String>,
     noise: Noise,
@@ -196,7 +198,7 @@ impl<'r> BodyMotion<'r> {
         Self {
             name,
             poses: vec![None; tracks.frames()],
-            tracks,
+            tracks: tracks.into(),
             unposed: None,
             noise: Noise::default(),
             outlier: None,
@@ -556,7 +558,7 @@ impl<'r> BodyMotion<'r> {
 
     /// Whether every frame shows a feature.
     pub(crate) fn is_always_seen(&self) -> bool {
-        *self.always_seen.get_or_init(|| (0..self.tracks.frames()).all(|frame| self.tracks.seen_count(frame) > 0))
+        *self.always_seen.get_or_init(|| (0..self.poses.len()).all(|frame| self.tracks.seen_count(frame) > 0))
     }
 
     /// The first frame in which the body has a pose: there its coordinates are the recording's.

@@ -117,11 +117,11 @@ impl<'m> RelativeMotion<'m> {
         if let Some(reason) = reference.unposed() {
             return Err(RelativeMotionError::Unposed { body: reference.name().into(), reason: reason.into() });
         }
-        let tracks = moving.tracks();
         let posed = reference.posed_frames();
         let frames = if moving.is_always_seen() {
             posed.clone()
         } else {
+            let tracks = moving.tracks();
             posed.iter().copied().filter(|&frame| tracks.seen_count(frame) > 0).collect()
         };
         if frames.is_empty() {
@@ -157,7 +157,7 @@ impl<'m> RelativeMotion<'m> {
 
     /// Number of frames of the recording.
     pub fn recording_frames(&self) -> usize {
-        self.moving.tracks().frames()
+        self.moving.poses().len()
     }
 
     /// The moving body's features as seen from the reference.

@@ -141,6 +141,7 @@ pub(crate) fn shown_at(model: &dyn JointModel, plain: &RelativeMotion<'_>, logar
     let mut beside = |stride: f64| valley.at(logarithm - stride).0 + valley.at(logarithm + stride).0;
     let mut stride = STRIDE_BESIDE;
     let mut bend = f64::NAN;
+    let frames = plain.pose_series().map_or(0, |series| series.poses().len()) as f64;
     for _ in 0..LOOKS {
         bend = (beside(stride) - 2.0 * least) / (stride * stride);
         if !(bend.is_finite() && bend > 0.0) {
@@ -148,7 +149,9 @@ pub(crate) fn shown_at(model: &dyn JointModel, plain: &RelativeMotion<'_>, logar
             continue;
         }
         let deviation = (2.0 / bend).sqrt();
-        if (deviation / FITTING..=deviation * FITTING).contains(&stride) {
+        // No frame is pushed far where all of them together cost no more than one each.
+        let fits = stride <= deviation * FITTING || bend * stride * stride <= 2.0 * frames;
+        if deviation <= stride * FITTING && fits {
             break;
         }
         stride = deviation.clamp(LEAST_STRIDE.max(NEARER * stride), MOST_STRIDE);

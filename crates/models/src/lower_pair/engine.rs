@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3};
 
 use super::Mechanism;
 use super::linearisation::{Bends, Linear, Linearisation, Whitening};
+use super::mixing::{Mixing, Step};
 
 /// Unknowns: six of the joint's coordinates, six of the home pose, two constants.
 pub(super) const UNKNOWNS: usize = 14;
@@ -24,9 +25,9 @@ const TRIAL_FRAMES: usize = 64;
 /// Relative change of the cost that ends a fit: where the normal equations promise no more, or two iterations in a row
 /// have brought no more.
 const CONVERGED: f64 = 1e-6;
-/// Share of what an iteration brought from which on the next one creeps.
+/// Share of what an iteration brought from which on the next one creeps, where steps of Newton end that, and by which factor
+/// these are shortened until they lower the cost.
 const CREEPING: f64 = 0.1;
-/// By which factor a step of Newton is shortened until it lowers the cost.
 const SHORTER: f64 = 0.3;
 /// Steps that are tried, ever shorter ones; the first damping, and the least.
 const TRIES: usize = 5;
@@ -79,10 +80,10 @@ pub struct Fitted {
 /// of every frame are eliminated by an orthogonal projection; damping (Levenberg-Marquardt) keeps what the data do not
 /// tell where it is.
 ///
-/// Of many frames, a few tell which start is the best, and bring it near to where all frames have it. Where steps of
-/// Gauss-Newton creep, Newton's are taken.
+/// Of many frames, a few tell which start is the best, and bring it near to where all frames have it. Steps learn from
+/// those before them.
 ///
-/// No frame allocates, and no iteration.
+/// No frame allocates, and no iteration after the first four.
 pub fn fit(
     mechanism: &dyn Mechanism,
     poses: &[Pose],
@@ -146,8 +147,9 @@ impl<'a> Fit<'a> {
         Some(Self { state: best?, problem, linear, left_of_few: 0.0 })
     }
 
-    /// A fit that begins at a placement, with the positions of every frame.
-    pub(super) fn at(
+    /// A fit that begins near where it will end, with the positions of every frame, and takes steps of Newton where others
+    /// creep.
+    pub(super) fn near(
         mechanism: &'a dyn Mechanism,
         poses: &'a [Pose],
         whitening: Cow<'a, [Matrix6<f64>]>,
@@ -155,7 +157,8 @@ impl<'a> Fit<'a> {
         positions: Vec<Vector3<f64>>,
     ) -> Self {
         let problem = Problem::of(mechanism, poses, whitening);
-        let (state, linear) = (State::new(&problem, placement, positions), problem.linearisation());
+        let state = State { newton: true, ..State::new(&problem, placement, positions) };
+        let linear = problem.linearisation();
         Self { problem, linear, state, left_of_few: 0.0 }
     }
 
@@ -246,12 +249,15 @@ struct State {
     next: Trial,
     cost: f64,
     damping: f64,
-    /// What the last iteration brought, infinite before there was one.
-    gain: f64,
-    creeps: bool,
     stalled: usize,
     iterations: usize,
     converged: bool,
+    mixing: Mixing,
+    /// Whether steps of Newton are taken instead of mixed ones where an iteration brought nearly as much as the one before,
+    /// what the last one brought, and whether they are taken next.
+    newton: bool,
+    gain: f64,
+    creeps: bool,
 }
 
 impl State {
@@ -265,11 +271,13 @@ impl State {
             now,
             cost: f64::INFINITY,
             damping: 0.0,
-            gain: f64::INFINITY,
-            creeps: false,
             stalled: 0,
             iterations: 0,
             converged: false,
+            mixing: Mixing::default(),
+            newton: false,
+            gain: f64::INFINITY,
+            creeps: false,
         };
         state.begin_anew(problem);
         state
@@ -280,6 +288,7 @@ impl State {
         self.cost = self.now.follow(problem, &self.placement);
         (self.damping, self.stalled, self.iterations, self.converged) = (FIRST_DAMPING, 0, 0, false);
         (self.gain, self.creeps) = (f64::INFINITY, false);
+        self.mixing.clear();
     }
 
     /// Iterates up to so many iterations in all, or until no more than a share of the cost is promised.
@@ -337,7 +346,8 @@ impl State {
         (normal, gradient, bends)
     }
 
-    /// A step as proposed or ever shorter ones, of Gauss-Newton by more damping; `false` if none of so many lowers the cost.
+    /// A step as proposed or, by more damping, ever shorter ones, mixed with those before or alone; `false` if none of so
+    /// many lowers the cost.
     fn step(
         &mut self,
         problem: &Problem<'_>,
@@ -347,12 +357,27 @@ impl State {
         tries: usize,
     ) -> bool {
         let mut proposed = proposed;
-        for _ in 0..tries {
+        for attempt in 0..tries {
             let Some(step) = proposed else { return false };
             let turn = step.fixed_rows::<3>(0).amax().max(step.fixed_rows::<3>(6).amax());
             let step = if turn > LARGEST_TURN { step * (LARGEST_TURN / turn) } else { step };
-            if self.take(problem, linear, &step) {
+            let shares = if attempt == 0 && !self.newton { self.mixing.shares(normal, &step) } else { None };
+            if attempt > 0 {
+                self.mixing.clear();
+            }
+            let mut now = self.mixing.spare(step);
+            now.moves.extend((0..self.now.positions.len()).map(|frame| linear.advance(frame, &step)));
+            if let Some(shares) = shares {
+                self.mixing.mix(&mut now, &shares);
+                if self.take(problem, &now) {
+                    self.mixing.keep(now);
+                    return true;
+                }
+            }
+            now.alone();
+            if self.take(problem, &now) {
                 self.damping = (self.damping / 5.0).max(LEAST_DAMPING);
+                self.mixing.keep(now);
                 return true;
             }
             self.damping = (self.damping * 10.0).min(1e6);
@@ -362,14 +387,14 @@ impl State {
     }
 
     /// Takes a step if that lowers the cost.
-    fn take(&mut self, problem: &Problem<'_>, linear: &Linearisation, step: &Unknowns) -> bool {
+    fn take(&mut self, problem: &Problem<'_>, step: &Step) -> bool {
         let placement = Placement {
-            joint: self.placement.joint * twist::exp(&step.fixed_rows::<6>(0).into_owned()),
-            home: self.placement.home * twist::exp(&step.fixed_rows::<6>(6).into_owned()),
-            constants: self.placement.constants + step.fixed_rows::<2>(12),
+            joint: self.placement.joint * twist::exp(&step.taken.fixed_rows::<6>(0).into_owned()),
+            home: self.placement.home * twist::exp(&step.taken.fixed_rows::<6>(6).into_owned()),
+            constants: self.placement.constants + step.taken.fixed_rows::<2>(12),
         };
-        for (frame, (next, q)) in self.next.positions.iter_mut().zip(&self.now.positions).enumerate() {
-            *next = problem.mechanism.advance(q, &linear.advance(frame, step));
+        for (next, (q, moved)) in self.next.positions.iter_mut().zip(self.now.positions.iter().zip(&step.moved)) {
+            *next = problem.mechanism.advance(q, moved);
         }
         let cost = self.next.follow(problem, &placement);
         if cost > self.cost || cost.is_nan() {
@@ -377,7 +402,7 @@ impl State {
         }
         let gain = self.cost - cost;
         self.stalled = if gain < CONVERGED * (1.0 + cost) { self.stalled + 1 } else { 0 };
-        (self.gain, self.creeps) = (gain, gain > CREEPING * self.gain);
+        (self.gain, self.creeps) = (gain, self.newton && gain > CREEPING * self.gain);
         self.placement = placement;
         std::mem::swap(&mut self.now, &mut self.next);
         self.cost = cost;

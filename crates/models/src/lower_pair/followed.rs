@@ -51,7 +51,7 @@ impl<'m> Followed<'m> {
             return None;
         }
         let (roots, positions) = (weighted(series.whitening(), &self.weights), self.positions.clone());
-        let mut fit = Fit::at(self.mechanism, series.poses(), roots, self.placement, positions);
+        let mut fit = Fit::near(self.mechanism, series.poses(), roots, self.placement, positions);
         fit.settle();
         let found = chi_squared(series, fit.residuals());
         (self.placement, self.positions) = fit.place();

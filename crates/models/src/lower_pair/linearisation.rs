@@ -212,7 +212,7 @@ impl<const BENT: bool> Equations<'_, BENT> {
                     }
                 }
                 let dual = unwhitened(simd, &w, &residual);
-                let w = before_residual(simd, &w, &left);
+                let w = if BENT { before_residual(simd, &w, &left) } else { w };
                 let carried = whitened_carry(simd, &w, carry);
                 let along = carried_back(simd, &carried, block, at);
                 let mut j = [[zero; COLUMNS]; 6];
@@ -439,18 +439,11 @@ mod tests {
             let (mut expected, mut right) = (Normal::zeros(), Unknowns::zeros());
             let step = Unknowns::from_fn(|row, _| if row < 12 + constants { wild(600 + row) } else { 0.0 });
             for frame in 0..FRAMES {
-                // What is multiplied on the left of `exp(e)` moves `e` by half a bracket less.
-                let (turn, shift) = (twist::angular(&residuals[frame]), twist::linear(&residuals[frame]));
-                let mut bracket = Matrix6::zeros();
-                bracket.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn.cross_matrix());
-                bracket.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn.cross_matrix());
-                bracket.fixed_view_mut::<3, 3>(3, 0).copy_from(&shift.cross_matrix());
-                let before = white[frame] * (Matrix6::identity() - 0.5 * bracket);
-                let carried = before * twist::adjoint(&carry);
+                let carried = white[frame] * twist::adjoint(&carry);
                 let along = carried * twist::adjoint(&inverses[frame]);
                 let mut jacobian = SMatrix::<f64, 6, UNKNOWNS>::zeros();
                 jacobian.fixed_view_mut::<6, 6>(0, 0).copy_from(&(along - carried));
-                jacobian.fixed_view_mut::<6, 6>(0, 6).copy_from(&before);
+                jacobian.fixed_view_mut::<6, 6>(0, 6).copy_from(&white[frame]);
                 for constant in 0..constants {
                     jacobian.set_column(12 + constant, &(along * by_constants(frame)[constant]));
                 }

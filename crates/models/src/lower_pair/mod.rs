@@ -50,6 +50,7 @@ mod free;
 mod judge;
 mod linearisation;
 pub(crate) mod misfit;
+mod mixing;
 mod planar;
 mod prismatic;
 mod random_effect;

@@ -1,6 +1,7 @@
 //! A body as it would be seen at another scale.
 
 use std::borrow::Cow;
+use std::ops::Deref;
 use std::sync::OnceLock;
 
 use nalgebra::{Matrix6, Vector6};
@@ -11,7 +12,7 @@ use crate::noise::Spread;
 use crate::poses::Shape;
 use crate::robust::Registered;
 use crate::tracked::Mended;
-use crate::{Pose, scaled_pose};
+use crate::{Pose, Tracks, scaled_pose};
 
 impl BodyMotion<'_> {
     /// The same body with all its positions multiplied by `factor` about the origin of the recording, which is where a
@@ -34,7 +35,7 @@ impl BodyMotion<'_> {
             |poses: &[Option<Pose>]| poses.iter().map(|pose| pose.map(|pose| scaled_pose(&pose, factor))).collect();
         Self {
             name: self.name,
-            tracks: Cow::Owned(self.tracks.scaled(factor)),
+            tracks: self.tracks.scaled(factor),
             poses: poses(&self.poses),
             unposed: self.unposed.clone(),
             noise: super::Noise { position: self.noise.position.map(|sigma| factor * sigma), ..self.noise },
@@ -74,6 +75,37 @@ impl BodyMotion<'_> {
             always_seen: self.always_seen.clone(),
             start_covariance: self.start_covariance.as_ref().map(carried),
         }
+    }
+}
+
+/// A body's tracks multiplied by a factor, which is done as soon as someone looks: poses are at hand without.
+#[derive(Debug, Clone)]
+pub(super) struct TracksAtScale<'r> {
+    as_seen: Cow<'r, Tracks>,
+    factor: f64,
+    scaled: OnceLock<Tracks>,
+}
+
+impl<'r> From<Cow<'r, Tracks>> for TracksAtScale<'r> {
+    fn from(as_seen: Cow<'r, Tracks>) -> Self {
+        Self { as_seen, factor: 1.0, scaled: OnceLock::new() }
+    }
+}
+
+impl TracksAtScale<'_> {
+    fn scaled(&self, factor: f64) -> Self {
+        Self { as_seen: self.as_seen.clone(), factor: factor * self.factor, scaled: OnceLock::new() }
+    }
+}
+
+impl Deref for TracksAtScale<'_> {
+    type Target = Tracks;
+
+    fn deref(&self) -> &Tracks {
+        if self.factor == 1.0 {
+            return &self.as_seen;
+        }
+        self.scaled.get_or_init(|| self.as_seen.scaled(self.factor))
     }
 }
 
