@@ -231,6 +231,24 @@ fn what_moments_do_not_point_to_is_looked_for_all_over_the_range() {
 }
 
 #[test]
+fn moments_find_joints_of_likelihood_as_the_whole_grid_does() {
+    for (joint, seen_at, seed) in
+        [("planar", 0.7, 3), ("spherical", 0.83, 0), ("spherical", 0.83, 2), ("revolute", 1.3, 0)]
+    {
+        let options = SceneOptions { scale: Some(seen_at), frames: Some(40), seed, ..SceneOptions::default() };
+        let recording = simulate(joint, &options).expect("simulated").recording;
+        let found = |search: &str| {
+            let pair = detect(&format!("[scale]\nsearch = '{search}'\n"), recording.clone()).remove(0);
+            let scale = pair.scale.expect("sought");
+            (pair.verdict.joint, scale.factor, scale.curve.map_or(0, |curve| curve.factors.len()))
+        };
+        let (grid, moments) = (found("grid"), found("moments"));
+        assert_eq!((grid.0.as_str(), &grid.0, grid.1), (joint, &moments.0, moments.1), "{joint} {seed}");
+        assert!(moments.2 < grid.2, "{joint} {seed}: {} scales", moments.2);
+    }
+}
+
+#[test]
 fn all_pairs_agree_on_one_scale_per_body() {
     let hinge = |t: f64| place(0.1, 0.0, 0.0) * turn(0.0, 0.0, 0.9 * t) * place(0.1, 0.05, 0.0);
     let slide = |t: f64| place(0.0, 0.05, 0.2 + 0.15 * wave(0.35, t));

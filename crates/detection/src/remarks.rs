@@ -7,7 +7,7 @@ use jointscope_motion::{PoseSeries, RelativeMotion};
 use jointscope_scoring::Verdict;
 
 use crate::detector::Taking;
-use crate::{ModelFinding, PairDetection};
+use crate::{JointKind, ModelFinding, PairDetection};
 
 /// Frames below which no joint is determined: three points define a circle, and more must confirm it.
 const FEW_FRAMES: usize = 6;
@@ -45,11 +45,13 @@ pub(crate) fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFind
 pub(crate) fn scale_note(pair: &PairDetection) -> Option<String> {
     let scale = pair.scale.as_ref()?;
     let Some(factor) = scale.factor else {
-        return Some(
-            "the scale between the bodies does not show in this motion: both must move, and not as if they were one \
-             with the camera"
-                .into(),
-        );
+        let why = if pair.kind() == JointKind::Disconnected {
+            "no scale between the bodies shows where no joint connects them"
+        } else {
+            "the scale between the bodies does not show in this motion: both must move, and not as if they were one with \
+             the camera"
+        };
+        return Some(why.into());
     };
     let error = scale.standard_error.map_or(String::new(), |error| format!(" (± {error:.4})"));
     Some(format!("what is seen of {} times {factor:.4}{error} agrees with {} in scale", pair.moving, pair.reference))

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use jointscope_motion::RelativeMotion;
+use jointscope_motion::{RelativeMotion, linear_scales};
 use rayon::prelude::*;
 
 use super::moments::{likely, point_to};
@@ -29,8 +29,8 @@ pub(crate) struct GridFit {
 /// Tries all scales, or the likely ones, for `weigh` to fit `models` at each; registrations are shared, since scaling turns
 /// nothing.
 ///
-/// Likely are those to which moments point, one in ten as well unless they point to those of all models, and then the neighbours of each model's best scale until
-/// these are no better.
+/// Likely are those to which moments point, and poses if models state evidence; one in ten as well unless moments point to
+/// those of all models; and then the neighbours of each model's best scale until these are no better.
 ///
 /// The best scale of a model is that of its highest confidence; for one that states evidence, of its least misfit. Of
 /// equals, that nearest to 1.
@@ -67,19 +67,26 @@ pub(crate) fn over_the_grid(
     };
     let mut found: BTreeMap<usize, BTreeMap<String, ModelFinding>> = BTreeMap::new();
     let mut next: BTreeSet<usize> = match settings.search {
-        ScaleSearch::Moments if models.iter().all(point_to) => likely(plain, &of_moving).into(),
-        ScaleSearch::Moments => {
-            likely(plain, &of_moving).into_iter().chain((0..factors.len()).step_by(SPARSELY)).collect()
-        }
+        ScaleSearch::Moments => likely(plain, &of_moving).into(),
         _ => (0..factors.len()).collect(),
     };
+    if settings.search == ScaleSearch::Moments && evidence {
+        next.extend(linear_scales(reference, moving).into_iter().filter_map(|scale| nearest(&of_moving, scale)));
+    }
+    if settings.search == ScaleSearch::Moments && !models.iter().all(point_to) {
+        next.extend((0..factors.len()).step_by(SPARSELY));
+    }
     let mut best = BTreeMap::new();
     while !next.is_empty() {
         let indices: Vec<usize> = next.into_iter().collect();
         let models: Vec<_> = indices.par_iter().map(|&index| at(&of_moving[index])).collect();
         found.extend(indices.into_iter().zip(models));
         best = best_of_each(&found, &of_moving);
-        let worth = |(name, index): &(&String, &usize)| score(&found[*index][*name]) >= WORTH;
+        // A likelihood says how far off a scale is, a confidence of next to nothing does not.
+        let worth = |(name, index): &(&String, &usize)| {
+            let finding = &found[*index][*name];
+            finding.as_ref().is_ok_and(|fit| fit.evidence.is_some()) || score(finding) >= WORTH
+        };
         let beside = best
             .iter()
             .filter(worth)
@@ -122,6 +129,14 @@ fn best_of_each(found: &BTreeMap<usize, BTreeMap<String, ModelFinding>>, factors
         }
     }
     best.into_iter().map(|(name, (_, _, index))| (name, index)).collect()
+}
+
+/// The index of the factor that is nearest to a scale, unless it lies outside their range.
+fn nearest(factors: &[f64], scale: f64) -> Option<usize> {
+    let (least, most) = factors.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), f| (least.min(*f), most.max(*f)));
+    let apart = |index: usize| (factors[index] - scale).abs();
+    let index = (0..factors.len()).min_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
+    (least..=most).contains(&scale).then_some(index)
 }
 
 fn score(finding: &ModelFinding) -> f64 {

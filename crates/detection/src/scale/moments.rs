@@ -44,12 +44,12 @@ impl Spread {
     }
 }
 
-/// Kinds of models, beside those that state evidence, whose joints moments point to.
-const KINDS: [&str; 3] = ["thesis-rigid", "thesis-prismatic", "thesis-revolute"];
+/// Kinds of models whose joints moments point to.
+const KINDS: [&str; 6] = ["thesis-rigid", "thesis-prismatic", "thesis-revolute", "rigid", "prismatic", "revolute"];
 
 /// Whether moments point to the scale at which a model does best.
 pub(super) fn point_to(model: &NamedModel) -> bool {
-    model.model.states_evidence() || KINDS.contains(&model.kind.as_str())
+    KINDS.contains(&model.kind.as_str())
 }
 
 /// The indices of the factors of the moving body at which trajectories spread least for the scale, are the straightest,
