@@ -46,7 +46,7 @@ pub(crate) fn measure(document: &mut Document) {
             "moments",
             10.0,
             BY_THE_GRID,
-            "whether the scale shows at all is told by five fits of likelihood, which take most of it",
+            "whether the scale shows at all is told by fits of likelihood beside it, which take much of it",
         ),
         (
             "",
