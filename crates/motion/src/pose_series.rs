@@ -57,6 +57,9 @@ pub struct PoseSeries {
     merged_cost: f64,
     merged_motion: f64,
     turn: f64,
+    /// Of the pair, metres, and the share of an error that lasts to the next frame.
+    size: f64,
+    drift: f64,
     bodies: Vec<Outline>,
     ends: OnceLock<Vec<End>>,
     play: Play,
@@ -88,9 +91,6 @@ struct Outline {
     centre: Vector3<f64>,
     /// Its features, from the centre, metres.
     features: Vec<Vector3<f64>>,
-    /// The size of the pair, metres, and the share of an error that lasts to the next frame.
-    size: f64,
-    drift: f64,
 }
 
 /// What matters at one of the two bodies.
@@ -197,7 +197,9 @@ impl PoseSeries {
             merged_cost: 0.0,
             merged_motion: 0.0,
             turn: 0.0,
-            bodies: vec![Outline { centre: Vector3::zeros(), features: moving.features_about_centre(), size, drift }],
+            size,
+            drift,
+            bodies: vec![Outline { centre: Vector3::zeros(), features: moving.features_about_centre() }],
             ends: OnceLock::new(),
             play: *play,
             observed,
@@ -214,13 +216,13 @@ impl PoseSeries {
         series.turn = series.turn_range();
         if !reference.is_at_rest() {
             let (centre, features) = (reference_centre.coords - origin, reference.features_about_centre());
-            series.bodies.push(Outline { centre, features, size, drift });
+            series.bodies.push(Outline { centre, features });
         }
         Some(series)
     }
 
-    fn end(&self, Outline { centre, features, size, drift }: &Outline, of_reference: bool) -> End {
-        let play = &self.play;
+    fn end(&self, Outline { centre, features }: &Outline, of_reference: bool) -> End {
+        let Self { size, drift, play, .. } = self;
         let travel = far_apart(features)
             .into_iter()
             .map(|feature| {

@@ -2,15 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use jointscope_motion::{RelativeMotion, linear_scales};
+use jointscope_motion::RelativeMotion;
 use rayon::prelude::*;
 
-use super::moments::{likely, point_to};
-use super::{ScaleCurve, ScaleSearch, ScaleSettings, ScaledBody};
+use super::{ScaleCurve, ScaleSearch, ScaleSettings, ScaledBody, moments};
 use crate::{ModelFinding, NamedModel};
 
-/// One of so many scales is tried where moments do not point to all models' scales.
-const SPARSELY: usize = 10;
 /// Confidence of a joint from which its best scale is looked for beside likely ones.
 const WORTH: f64 = 0.01;
 
@@ -29,8 +26,8 @@ pub(crate) struct GridFit {
 /// Tries all scales, or the likely ones, for `weigh` to fit `models` at each; registrations are shared, since scaling turns
 /// nothing.
 ///
-/// Likely are those to which moments point, and poses if models state evidence; one in ten as well unless moments point to
-/// those of all models; and then the neighbours of each model's best scale until these are no better.
+/// Likely are those with which [`moments::begin`], and then the neighbours of each model's best scale until these are no
+/// better.
 ///
 /// The best scale of a model is that of its highest confidence; for one that states evidence, of its least misfit. Of
 /// equals, that nearest to 1.
@@ -67,15 +64,9 @@ pub(crate) fn over_the_grid(
     };
     let mut found: BTreeMap<usize, BTreeMap<String, ModelFinding>> = BTreeMap::new();
     let mut next: BTreeSet<usize> = match settings.search {
-        ScaleSearch::Moments => likely(plain, &of_moving).into(),
+        ScaleSearch::Moments => moments::begin(plain, &of_moving, models),
         _ => (0..factors.len()).collect(),
     };
-    if settings.search == ScaleSearch::Moments && evidence {
-        next.extend(linear_scales(reference, moving).into_iter().filter_map(|scale| nearest(&of_moving, scale)));
-    }
-    if settings.search == ScaleSearch::Moments && !models.iter().all(point_to) {
-        next.extend((0..factors.len()).step_by(SPARSELY));
-    }
     let mut best = BTreeMap::new();
     while !next.is_empty() {
         let indices: Vec<usize> = next.into_iter().collect();
@@ -129,14 +120,6 @@ fn best_of_each(found: &BTreeMap<usize, BTreeMap<String, ModelFinding>>, factors
         }
     }
     best.into_iter().map(|(name, (_, _, index))| (name, index)).collect()
-}
-
-/// The index of the factor that is nearest to a scale, unless it lies outside their range.
-fn nearest(factors: &[f64], scale: f64) -> Option<usize> {
-    let (least, most) = factors.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), f| (least.min(*f), most.max(*f)));
-    let apart = |index: usize| (factors[index] - scale).abs();
-    let index = (0..factors.len()).min_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
-    (least..=most).contains(&scale).then_some(index)
 }
 
 fn score(finding: &ModelFinding) -> f64 {

@@ -1,8 +1,11 @@
 //! Scales at which trajectories look like those of a joint, by moments that all scales share.
 
-use crate::NamedModel;
-use jointscope_motion::RelativeMotion;
+use std::collections::BTreeSet;
+
 use jointscope_motion::nalgebra::{Matrix3, Point3, Vector3};
+use jointscope_motion::{RelativeMotion, linear_scales};
+
+use crate::NamedModel;
 
 /// How far the samples of a pair spread about the means of their features, as sums that tell it at every scale.
 ///
@@ -47,14 +50,34 @@ impl Spread {
 /// Kinds of models whose joints moments point to.
 const KINDS: [&str; 6] = ["thesis-rigid", "thesis-prismatic", "thesis-revolute", "rigid", "prismatic", "revolute"];
 
-/// Whether moments point to the scale at which a model does best.
-pub(super) fn point_to(model: &NamedModel) -> bool {
-    KINDS.contains(&model.kind.as_str())
+/// One of so many scales is tried where moments do not point to all models' scales.
+const SPARSELY: usize = 10;
+
+/// The indices of the factors of the moving body with which a search begins: those to which moments point, and poses if
+/// models state evidence; one in ten as well unless moments point to the scales of all models.
+pub(super) fn begin(motion: &RelativeMotion<'_>, factors: &[f64], models: &[NamedModel]) -> BTreeSet<usize> {
+    let mut indices = BTreeSet::from(likely(motion, factors));
+    if models.iter().any(|named| named.model.states_evidence()) {
+        let scales = linear_scales(motion.reference(), motion.moving());
+        indices.extend(scales.into_iter().filter_map(|scale| nearest(factors, scale)));
+    }
+    if !models.iter().all(|named| KINDS.contains(&named.kind.as_str())) {
+        indices.extend((0..factors.len()).step_by(SPARSELY));
+    }
+    indices
+}
+
+/// The index of the factor that is nearest to a scale, unless it lies outside their range.
+fn nearest(factors: &[f64], scale: f64) -> Option<usize> {
+    let (least, most) = factors.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), f| (least.min(*f), most.max(*f)));
+    let apart = |index: usize| (factors[index] - scale).abs();
+    let index = (0..factors.len()).min_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
+    (least..=most).contains(&scale).then_some(index)
 }
 
 /// The indices of the factors of the moving body at which trajectories spread least for the scale, are the straightest,
 /// and the flattest.
-pub(super) fn likely(motion: &RelativeMotion<'_>, factors: &[f64]) -> [usize; 3] {
+fn likely(motion: &RelativeMotion<'_>, factors: &[f64]) -> [usize; 3] {
     let spread = Spread::of(motion);
     let measures: Vec<[f64; 3]> = factors
         .iter()

@@ -346,8 +346,8 @@ impl State {
         (normal, gradient, bends)
     }
 
-    /// A step as proposed or, by more damping, ever shorter ones, mixed with those before or alone; `false` if none of so
-    /// many lowers the cost.
+    /// A step as proposed, mixed with those before or alone, or ever shorter ones: of Newton's a share, of others by more
+    /// damping. `false` if none of so many lowers the cost.
     fn step(
         &mut self,
         problem: &Problem<'_>,

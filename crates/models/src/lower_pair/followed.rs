@@ -50,7 +50,7 @@ impl<'m> Followed<'m> {
         if series.frames() != self.frames || series.reversed() != self.reversed {
             return None;
         }
-        let (roots, positions) = (weighted(series.whitening(), &self.weights), self.positions.clone());
+        let (roots, positions) = (weighted(series.whitening(), &self.weights), std::mem::take(&mut self.positions));
         let mut fit = Fit::near(self.mechanism, series.poses(), roots, self.placement, positions);
         fit.settle();
         let found = chi_squared(series, fit.residuals());
