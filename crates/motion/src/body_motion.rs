@@ -3,12 +3,11 @@
 mod rest;
 mod scaled;
 
-use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
-use scaled::TracksAtScale;
+use scaled::AtScale;
 
 use crate::columns::{Maps, RowsAsSeen, rows_as_seen};
 use crate::line::{Line, is_line};
@@ -18,6 +17,7 @@ use crate::relative_motion::Path;
 use crate::robust::{Registered, register_robustly};
 use crate::settled::{self, Settled, settled};
 use crate::start::first_pose;
+use crate::tracks::SeenAtScale;
 use crate::uncertainty::{of_registered, of_tracked};
 use crate::{
     Body, FrameByFrame, MotionSettings, NoiseSetting, Observation, Play, Pose, Registration, RegistrationError, Tracks,
@@ -48,22 +48,22 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct BodyMotion<'r> {
     name: &'r str,
-    tracks: TracksAtScale<'r>,
-    poses: Vec<Option<Pose>>,
+    tracks: AtScale<'r, Tracks>,
+    poses: AtScale<'r, Vec<Option<Pose>>>,
     unposed: Option<String>,
     noise: Noise,
     outlier: Option<Outlier>,
-    registered: Option<Registered>,
+    registered: Option<AtScale<'r, Registered>>,
     spread: Spread,
     /// Found when somebody asks, where poses do not depend on it.
     drift: OnceLock<f64>,
-    line: Option<Line>,
+    line: Option<AtScale<'r, Line>>,
     /// Of a body given as poses: without jumps.
-    tracked: Option<Mended>,
+    tracked: Option<AtScale<'r, Mended>>,
     pose_radius: f64,
     play: Play,
     at_rest: bool,
-    covariances: OnceLock<Vec<Matrix6<f64>>>,
+    covariances: OnceLock<AtScale<'static, Vec<Matrix6<f64>>>>,
     path: OnceLock<Path>,
     rows: OnceLock<Option<RowsAsSeen>>,
     maps: OnceLock<Maps>,
@@ -158,7 +158,7 @@ impl<'r> BodyMotion<'r> {
         registered: Result<(Registered, Option<Settled>), RegistrationError>,
         settings: &MotionSettings,
     ) -> Self {
-        let mut motion = Self::unseen(name, Cow::Borrowed(tracks), settings);
+        let mut motion = Self::unseen(name, tracks.into(), settings);
         match registered {
             Ok((registered, _)) if settings.robust && settings.registration == Registration::Shape => {
                 motion.take_robust(registered, tracks, settings);
@@ -167,17 +167,17 @@ impl<'r> BodyMotion<'r> {
             Err(reason) => motion.unposed = Some(reason.to_string()),
         }
         if motion.unposed.is_some() {
-            let found = std::mem::replace(&mut motion.poses, vec![None; tracks.frames()]);
+            let found = std::mem::replace(motion.poses.as_seen_mut(), vec![None; tracks.frames()]);
             if let Some(registered) = &mut motion.registered {
-                registered.poses = found;
+                registered.as_seen_mut().poses = found;
             }
-            motion.line = Line::of(tracks, |_, _| true);
+            motion.line = Line::of(tracks, |_, _| true).map(AtScale::from);
             let of_line = motion.line.as_ref().and_then(|line| line.noise);
             motion.noise.position = motion.noise.position.or(of_line).or_else(|| noise::of_single_points(tracks));
         } else if let Some(registered) = &motion.registered
             && is_line(&registered.shape, motion.spread.mean())
         {
-            motion.line = Line::of(tracks, |frame, feature| registered.uses(frame, feature));
+            motion.line = Line::of(tracks, |frame, feature| registered.uses(frame, feature)).map(AtScale::from);
         }
         if let NoiseSetting::Known(sigma) = settings.noise {
             motion.noise.position = Some(sigma);
@@ -194,11 +194,11 @@ impl<'r> BodyMotion<'r> {
         motion
     }
 
-    fn unseen(name: &'r str, tracks: Cow<'r, Tracks>, settings: &MotionSettings) -> Self {
+    fn unseen(name: &'r str, tracks: AtScale<'r, Tracks>, settings: &MotionSettings) -> Self {
         Self {
             name,
-            poses: vec![None; tracks.frames()],
-            tracks: tracks.into(),
+            poses: vec![None; tracks.frames()].into(),
+            tracks,
             unposed: None,
             noise: Noise::default(),
             outlier: None,
@@ -242,8 +242,8 @@ impl<'r> BodyMotion<'r> {
         self.outlier = Outlier::found(&settled, tracks);
         self.unposed = vague_turn(&settled.shape, settled.noisy.typical);
         registered.shape = settled.shape;
-        self.poses = std::mem::take(&mut registered.poses);
-        self.registered = Some(registered);
+        self.poses = std::mem::take(&mut registered.poses).into();
+        self.registered = Some(registered.into());
     }
 
     /// Takes over poses, noise and shape of a registration to the body's shape that left out what is wild.
@@ -269,8 +269,8 @@ impl<'r> BodyMotion<'r> {
             self.noise.position = self.noise.position.map(|sigma| factor * sigma);
         }
         self.unposed = vague_turn(&registered.shape, found.typical);
-        self.poses = std::mem::take(&mut registered.poses);
-        self.registered = Some(registered);
+        self.poses = std::mem::take(&mut registered.poses).into();
+        self.registered = Some(registered.into());
     }
 
     /// Lets the body's coordinates be the recording's where the body was at its first frame, as far as all frames tell,
@@ -285,7 +285,7 @@ impl<'r> BodyMotion<'r> {
         let covariances = self.pose_covariances().to_vec();
         let Some(first) = first_pose(&self.poses, &covariances, &centre, (1.0 + drift) / (1.0 - drift)) else { return };
         if let Some(registered) = &mut self.registered {
-            rebase_to(&first.pose, &mut self.poses, &mut registered.shape);
+            rebase_to(&first.pose, self.poses.as_seen_mut(), &mut registered.as_seen_mut().shape);
             self.start_covariance = Some(first.covariance);
         }
     }
@@ -307,12 +307,12 @@ impl<'r> BodyMotion<'r> {
             NoiseSetting::Estimate => estimate(noise::of_positions),
         };
         let rotation = estimate(noise::of_rotations);
-        let tracks = Cow::Owned(virtual_features(tracked, settings.pose_radius));
+        let tracks = virtual_features(tracked, settings.pose_radius);
         Self {
-            poses: from_start(tracked),
+            poses: from_start(tracked).into(),
             noise: Noise { position, rotation },
-            tracked: Some(Mended { poses: from_start(&mended.poses), ..mended }),
-            ..Self::unseen(name, tracks, settings)
+            tracked: Some(Mended { poses: from_start(&mended.poses), ..mended }.into()),
+            ..Self::unseen(name, tracks.into(), settings)
         }
     }
 
@@ -324,6 +324,16 @@ impl<'r> BodyMotion<'r> {
     /// Its features in the recording's coordinates, metres; four virtual ones for a body given as poses.
     pub fn tracks(&self) -> &Tracks {
         &self.tracks
+    }
+
+    /// Number of its features.
+    pub fn features(&self) -> usize {
+        self.seen().tracks.features()
+    }
+
+    /// Its features as the recording has them: what is seen, and how many there are, is the same at any scale.
+    pub(crate) fn seen(&self) -> SeenAtScale<'_> {
+        SeenAtScale { tracks: self.tracks.as_seen(), factor: self.tracks.factor() }
     }
 
     /// `recording_from_body` for every frame.
@@ -350,7 +360,7 @@ impl<'r> BodyMotion<'r> {
 
     /// Correlation of the samples' errors with those of the frame before, from -1 to 1; 0 where nothing tells.
     pub fn drift(&self) -> f64 {
-        let found = |registered: &Registered| settled::drift(&self.tracks, &registered.shape);
+        let found = |registered: &AtScale<'_, Registered>| settled::drift(&self.tracks, &registered.shape);
         *self.drift.get_or_init(|| self.registered.as_ref().map_or(0.0, found))
     }
 
@@ -368,12 +378,12 @@ impl<'r> BodyMotion<'r> {
 
     /// Features that disagree with the rest of the body and were left out of its registration.
     pub fn strays(&self) -> &[usize] {
-        self.registered.as_ref().map_or(&[], |registered| &registered.strays)
+        self.registered.as_ref().map_or(&[], |registered| &registered.as_seen().strays)
     }
 
     /// Number of single wild samples that were left out of the registration.
     pub fn wild_samples(&self) -> usize {
-        self.registered.as_ref().map_or(0, |registered| registered.wild)
+        self.registered.as_ref().map_or(0, |registered| registered.as_seen().wild)
     }
 
     /// Number of frames whose tracked rotation, or whose whole pose, left its surroundings in time and was not used.
@@ -387,18 +397,18 @@ impl<'r> BodyMotion<'r> {
     /// Share of the frames in which the tracked body's turning changes abruptly, even where wrong rotations were
     /// replaced, if it is so large that nobody knows which are wrong.
     pub fn restless(&self) -> Option<f64> {
-        self.tracked.as_ref()?.restless
+        self.tracked.as_ref()?.as_seen().restless
     }
 
     /// Whether successive errors of the body's tracked poses are alike, which hides how large they are.
     pub fn is_smooth(&self) -> bool {
-        self.tracked.as_ref().is_some_and(|mended| mended.smooth)
+        self.tracked.as_ref().is_some_and(|mended| mended.as_seen().smooth)
     }
 
     /// Direction of the line on which all features of the body lie, in the body's coordinates, if they do: the turn
     /// about it is not seen.
     pub fn line(&self) -> Option<Vector3<f64>> {
-        self.line.as_ref().map(|line| line.direction)
+        self.line.as_ref().map(|line| line.as_seen().direction)
     }
 
     /// Noise along the viewing ray over noise across it, where the data show a difference; else 1.
@@ -421,30 +431,25 @@ impl<'r> BodyMotion<'r> {
     /// Covariance of every one of [`BodyMotion::likely_poses`], rad and m squared: a twist `[ω; v]` about the body's
     /// [centre](BodyMotion::centre), in axes of the recording.
     pub fn pose_covariances(&self) -> &[Matrix6<f64>] {
-        self.covariances.get_or_init(|| {
-            let centre = self.centre();
-            if let Some(Mended { replaced, .. }) = &self.tracked {
-                let [position, rotation] = [self.noise.position, self.noise.rotation].map(Option::unwrap_or_default);
-                return of_tracked(position, rotation, replaced, REPLACED);
-            }
-            let Some(registered) = &self.registered else {
-                let Some(line) = &self.line else { return vec![Matrix6::zeros(); self.poses.len()] };
-                return of_registered(
-                    &self.tracks,
-                    &line.poses,
-                    &line.shape,
-                    |_, _| true,
-                    self.sound_spread(),
-                    &centre,
-                );
-            };
-            let used = |frame: usize, feature: usize| registered.uses(frame, feature);
-            let (poses, shape) = self
-                .line
-                .as_ref()
-                .map_or((self.found_poses(registered), &registered.shape), |line| (&line.poses, &line.shape));
-            of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
-        })
+        self.covariances.get_or_init(|| self.find_covariances().into())
+    }
+
+    fn find_covariances(&self) -> Vec<Matrix6<f64>> {
+        let centre = self.centre();
+        if let Some(mended) = &self.tracked {
+            let [position, rotation] = [self.noise.position, self.noise.rotation].map(Option::unwrap_or_default);
+            return of_tracked(position, rotation, &mended.as_seen().replaced, REPLACED);
+        }
+        let Some(registered) = &self.registered else {
+            let Some(line) = &self.line else { return vec![Matrix6::zeros(); self.poses.len()] };
+            return of_registered(&self.tracks, &line.poses, &line.shape, |_, _| true, self.sound_spread(), &centre);
+        };
+        let used = |frame: usize, feature: usize| registered.uses(frame, feature);
+        let (poses, shape) = self
+            .line
+            .as_ref()
+            .map_or((self.found_poses(registered), &registered.shape), |line| (&line.poses, &line.shape));
+        of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
     }
 
     /// The same body with poses that are less certain: by as much as another registration of it puts them elsewhere,
@@ -464,7 +469,7 @@ impl<'r> BodyMotion<'r> {
                 covariance + away * away.transpose()
             })
             .collect();
-        Self { covariances: OnceLock::from(covariances), ..self }
+        Self { covariances: OnceLock::from(AtScale::from(covariances)), ..self }
     }
 
     /// Covariance of the first pose, which the body's coordinates rest on, as those of
@@ -542,7 +547,7 @@ impl<'r> BodyMotion<'r> {
 
     /// Its features' positions in the recording's coordinates, in rows; `None` where one is missing, or for very many.
     pub(crate) fn rows_as_seen(&self) -> Option<&RowsAsSeen> {
-        self.rows.get_or_init(|| rows_as_seen(&self.tracks)).as_ref()
+        self.rows.get_or_init(|| Some(rows_as_seen(self.tracks.as_seen())?.scaled(self.tracks.factor()))).as_ref()
     }
 
     /// `body_from_recording` of all frames, all of which must be posed.
@@ -553,22 +558,25 @@ impl<'r> BodyMotion<'r> {
 
     /// The frames in which the body has a pose, increasing.
     pub(crate) fn posed_frames(&self) -> &Arc<[usize]> {
-        self.posed.get_or_init(|| (0..self.poses.len()).filter(|&frame| self.poses[frame].is_some()).collect())
+        let poses = self.poses.as_seen();
+        self.posed.get_or_init(|| (0..poses.len()).filter(|&frame| poses[frame].is_some()).collect())
     }
 
     /// Whether every frame shows a feature.
     pub(crate) fn is_always_seen(&self) -> bool {
-        *self.always_seen.get_or_init(|| (0..self.poses.len()).all(|frame| self.tracks.seen_count(frame) > 0))
+        let tracks = self.tracks.as_seen();
+        *self.always_seen.get_or_init(|| (0..tracks.frames()).all(|frame| tracks.seen_count(frame) > 0))
     }
 
     /// The first frame in which the body has a pose: there its coordinates are the recording's.
     pub fn first_posed_frame(&self) -> Option<usize> {
-        self.poses.iter().position(Option::is_some)
+        self.poses.as_seen().iter().position(Option::is_some)
     }
 
     /// The first frame in which any feature of the body is seen.
     pub fn first_seen_frame(&self) -> Option<usize> {
-        (0..self.tracks.frames()).find(|&frame| self.tracks.seen_count(frame) > 0)
+        let tracks = self.tracks.as_seen();
+        (0..tracks.frames()).find(|&frame| tracks.seen_count(frame) > 0)
     }
 }
 

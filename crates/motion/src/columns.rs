@@ -22,6 +22,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::extent::FarEnds;
 use crate::flat_rows::lanes_lack;
 use crate::prefetch::ahead_of;
+use crate::tracks::SeenAtScale;
 use crate::{Extents, Pose, Tracks, evenly};
 
 /// Frames that are taken together: the lanes of the widest registers.
@@ -51,7 +52,7 @@ const GLANCE: usize = 1 << 20;
 /// be interrupted.
 #[derive(Debug, Clone, Copy)]
 pub struct Columns<'a> {
-    tracks: &'a Tracks,
+    seen: SeenAtScale<'a>,
     frames: &'a [usize],
     placed: &'a Placed,
 }
@@ -149,7 +150,8 @@ pub(crate) fn rows_as_seen(tracks: &Tracks) -> Option<RowsAsSeen> {
     }
     let mut numbers = Aligned::zeros(3 * features * row);
     let of = Part { frames: 0..frames.len(), features: 0..features };
-    Arch::new().dispatch(Place { tracks, frames: &frames, maps: None, of, numbers: &mut numbers });
+    let seen = SeenAtScale { tracks, factor: 1.0 };
+    Arch::new().dispatch(Place { seen, frames: &frames, maps: None, of, numbers: &mut numbers });
     Some(RowsAsSeen { numbers: Arc::new(numbers), factor: 1.0 })
 }
 
@@ -170,25 +172,20 @@ pub(crate) struct Placed {
 impl Placed {
     /// A body's features where the poses `target_from_recording` of some frames put them; `None` unless all are seen in
     /// all of these frames. Rows of the recording's positions in these frames are used if they are at hand.
-    pub(crate) fn of(tracks: &Tracks, frames: &[usize], maps: Maps, seen: Option<&RowsAsSeen>) -> Option<Self> {
-        if frames.is_empty() || seen.is_none() && !shows_all(tracks, frames) {
+    pub(crate) fn of(seen: SeenAtScale<'_>, frames: &[usize], maps: Maps, rows: Option<&RowsAsSeen>) -> Option<Self> {
+        if frames.is_empty() || rows.is_none() && !shows_all(seen.tracks, frames) {
             return None;
         }
-        let (features, row) = (tracks.features(), frames.len().next_multiple_of(BLOCK));
+        let (features, row) = (seen.tracks.features(), frames.len().next_multiple_of(BLOCK));
         let mut placed = Self { maps, numbers: None, summaries: OnceLock::new() };
         if 3 * features * row <= KEPT {
             let mut numbers = Buffer::of(3 * features * row);
-            match seen {
-                Some(seen) => {
-                    Arch::new().dispatch(Turn { seen, maps: &placed.maps.numbers, numbers: &mut numbers.0 });
+            match rows {
+                Some(rows) => {
+                    Arch::new().dispatch(Turn { rows, maps: &placed.maps.numbers, numbers: &mut numbers.0 });
                 }
                 None => {
-                    placed.place(
-                        tracks,
-                        frames,
-                        Part { frames: 0..frames.len(), features: 0..features },
-                        &mut numbers.0,
-                    );
+                    placed.place(seen, frames, Part { frames: 0..frames.len(), features: 0..features }, &mut numbers.0);
                 }
             }
             placed.numbers = Some(numbers);
@@ -196,8 +193,8 @@ impl Placed {
         Some(placed)
     }
 
-    fn place(&self, tracks: &Tracks, frames: &[usize], of: Part, numbers: &mut [f64]) {
-        Arch::new().dispatch(Place { tracks, frames, maps: Some(&self.maps.numbers), of, numbers });
+    fn place(&self, seen: SeenAtScale<'_>, frames: &[usize], of: Part, numbers: &mut [f64]) {
+        Arch::new().dispatch(Place { seen, frames, maps: Some(&self.maps.numbers), of, numbers });
     }
 
     /// The rows of a part's feature, given the numbers of the part.
@@ -220,13 +217,13 @@ struct Part {
 }
 
 impl<'a> Columns<'a> {
-    pub(crate) fn new(tracks: &'a Tracks, frames: &'a [usize], placed: &'a Placed) -> Self {
-        Self { tracks, frames, placed }
+    pub(crate) fn new(seen: SeenAtScale<'a>, frames: &'a [usize], placed: &'a Placed) -> Self {
+        Self { seen, frames, placed }
     }
 
     /// Number of features.
     pub fn features(&self) -> usize {
-        self.tracks.features()
+        self.seen.tracks.features()
     }
 
     /// Number of frames.
@@ -248,7 +245,7 @@ impl<'a> Columns<'a> {
         for first in (0..frames).step_by(together) {
             let some = first..frames.min(first + together);
             let numbers = &mut numbers[..3 * features * some.len().next_multiple_of(BLOCK)];
-            placed.place(self.tracks, self.frames, Part { frames: some.clone(), features: 0..features }, numbers);
+            placed.place(self.seen, self.frames, Part { frames: some.clone(), features: 0..features }, numbers);
             look(first, &placed.rows_of_all(numbers, &some, features));
         }
     }
@@ -267,7 +264,7 @@ impl<'a> Columns<'a> {
         let mut shown = Vec::with_capacity(features);
         for first in (0..features).step_by(together) {
             let some = first..features.min(first + together);
-            placed.place(self.tracks, self.frames, Part { frames: all.clone(), features: some.clone() }, &mut numbers);
+            placed.place(self.seen, self.frames, Part { frames: all.clone(), features: some.clone() }, &mut numbers);
             shown.extend(some.map(|feature| look(feature, placed.rows(&numbers, &all, feature - first))));
         }
         shown
@@ -302,8 +299,8 @@ impl<'a> Columns<'a> {
         let (features, count) = (self.features(), self.frames());
         let indices = evenly(count, (GLANCE / (3 * features)).max(TOGETHER * BLOCK));
         let frames: Vec<usize> = indices.iter().map(|index| self.frames[*index]).collect();
-        let some = Placed::of(self.tracks, &frames, self.placed.maps.some(&indices), None)?;
-        let glance = Columns::new(self.tracks, &frames, &some);
+        let some = Placed::of(self.seen, &frames, self.placed.maps.some(&indices), None)?;
+        let glance = Columns::new(self.seen, &frames, &some);
         let mut alike = Extents::default();
         Some(glance.map(|_, rows| FarEnds::by_some(rows.coordinates, count, &mut alike)))
     }
@@ -316,7 +313,7 @@ impl<'a> Columns<'a> {
         }
         let mut numbers = Aligned::zeros(3 * placed.maps.weights.len());
         let of = Part { frames: all.clone(), features: feature..feature + 1 };
-        placed.place(self.tracks, self.frames, of, &mut numbers);
+        placed.place(self.seen, self.frames, of, &mut numbers);
         look(placed.rows(&numbers, &all, 0))
     }
 }
@@ -345,9 +342,9 @@ impl Drop for Buffer {
 }
 
 struct Place<'a> {
-    tracks: &'a Tracks,
+    seen: SeenAtScale<'a>,
     frames: &'a [usize],
-    /// Left out to have positions as they are.
+    /// Left out to have positions as the recording has them.
     maps: Option<&'a [f64]>,
     of: Part,
     numbers: &'a mut [f64],
@@ -358,7 +355,8 @@ impl WithSimd for Place<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { tracks, frames, maps, of: Part { frames: some, features }, numbers } = self;
+        let Self { seen: SeenAtScale { tracks, factor }, frames, maps, of, numbers } = self;
+        let Part { frames: some, features } = of;
         let row = some.len().next_multiple_of(BLOCK);
         let maps = maps.map(|maps| &maps[some.start / BLOCK * MAP..]);
         let coordinates = 3 * features.len();
@@ -389,7 +387,7 @@ impl WithSimd for Place<'_> {
                                 let out =
                                     [&mut of_x[at..][..BLOCK], &mut of_y[at..][..BLOCK], &mut of_z[at..][..BLOCK]];
                                 let seen = [&seen[..BLOCK], &seen[BLOCK..2 * BLOCK], &seen[2 * BLOCK..]];
-                                turn(simd, &maps[number * MAP..][..MAP], 1.0, seen, out);
+                                turn(simd, &maps[number * MAP..][..MAP], factor, seen, out);
                             }
                             None => {
                                 for axis in 0..3 {
@@ -406,7 +404,7 @@ impl WithSimd for Place<'_> {
 }
 
 struct Turn<'a> {
-    seen: &'a RowsAsSeen,
+    rows: &'a RowsAsSeen,
     maps: &'a [f64],
     numbers: &'a mut [f64],
 }
@@ -416,7 +414,7 @@ impl WithSimd for Turn<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { seen: RowsAsSeen { numbers: seen, factor }, maps, numbers } = self;
+        let Self { rows: RowsAsSeen { numbers: seen, factor }, maps, numbers } = self;
         let row = maps.len() / MAP * BLOCK;
         // Some frames of all features, then the next ones, so that caches hold their maps.
         for (tile, maps) in maps.chunks(TILE * MAP).enumerate() {

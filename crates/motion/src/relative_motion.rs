@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3, distance};
 use crate::answers::Answers;
 use crate::columns::{Maps, Placed};
 use crate::flat_rows::way;
+use crate::tracks::SeenAtScale;
 use crate::{BodyMotion, Columns, Pose, PoseSeries, Summary, Tracks, extent, path_length};
 
 /// Why one body's motion cannot be seen from another.
@@ -121,7 +122,7 @@ impl<'m> RelativeMotion<'m> {
         let frames = if moving.is_always_seen() {
             posed.clone()
         } else {
-            let tracks = moving.tracks();
+            let tracks = moving.seen().tracks;
             posed.iter().copied().filter(|&frame| tracks.seen_count(frame) > 0).collect()
         };
         if frames.is_empty() {
@@ -157,7 +158,7 @@ impl<'m> RelativeMotion<'m> {
 
     /// Number of frames of the recording.
     pub fn recording_frames(&self) -> usize {
-        self.moving.poses().len()
+        self.moving.seen().tracks.frames()
     }
 
     /// The moving body's features as seen from the reference.
@@ -167,16 +168,16 @@ impl<'m> RelativeMotion<'m> {
 
     /// The same, coordinate by coordinate; `None` unless every feature is seen in every frame that counts.
     pub fn columns(&self) -> Option<Columns<'_>> {
-        let tracks = self.moving.tracks();
+        let seen = self.moving.seen();
         let placed = self.columns.get_or_init(|| {
             // What is the same for all pairs of a body is found once.
             if self.frames.len() == self.recording_frames() {
-                let seen = self.moving.rows_as_seen();
-                return Placed::of(tracks, &self.frames, self.reference.maps_from_recording().clone(), seen);
+                let rows = self.moving.rows_as_seen();
+                return Placed::of(seen, &self.frames, self.reference.maps_from_recording().clone(), rows);
             }
-            Placed::of(tracks, &self.frames, Maps::of(&self.frames, |frame| self.recording_pose(frame)), None)
+            Placed::of(seen, &self.frames, Maps::of(&self.frames, |frame| self.recording_pose(frame)), None)
         });
-        Some(Columns::new(tracks, &self.frames, placed.as_ref()?))
+        Some(Columns::new(seen, &self.frames, placed.as_ref()?))
     }
 
     /// `reference_from_recording` in a frame that counts.
@@ -249,7 +250,8 @@ impl<'m> RelativeMotion<'m> {
         let first = self.frames[0];
         let pose = self.reference.poses()[first].unwrap_or_default().inverse();
         let (rotation, shift) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
-        let here = || self.moving.tracks().seen(first).map(|(_, point)| rotation * point.coords + shift);
+        let seen = self.moving.seen();
+        let here = || seen.tracks.seen(first).map(|(_, point)| rotation * (seen.factor * point.coords) + shift);
         Point3::from(here().sum::<Vector3<f64>>() / here().count() as f64)
     }
 
@@ -396,15 +398,11 @@ fn seen_from(moving: &BodyMotion<'_>, frames: &[usize], pose: impl Fn(usize) -> 
 
 /// A body's features in the recording's coordinates.
 fn as_observed(body: &BodyMotion<'_>, frames: &[usize]) -> Trajectories {
-    collect(body, frames, |_, point| *point)
+    collect(body, frames, |_, point| point)
 }
 
-fn collect(
-    body: &BodyMotion<'_>,
-    frames: &[usize],
-    place: impl Fn(usize, &Point3<f64>) -> Point3<f64>,
-) -> Trajectories {
-    let tracks = body.tracks();
+fn collect(body: &BodyMotion<'_>, frames: &[usize], place: impl Fn(usize, Point3<f64>) -> Point3<f64>) -> Trajectories {
+    let SeenAtScale { tracks, factor } = body.seen();
     let mut trajectories = Trajectories { starts: vec![0], frames: Vec::new(), points: Vec::new() };
     let samples = frames.iter().map(|&frame| tracks.seen_count(frame)).sum();
     trajectories.frames.reserve_exact(samples);
@@ -413,7 +411,7 @@ fn collect(
         for (index, &frame) in frames.iter().enumerate() {
             if let Some(point) = tracks.get(frame, feature) {
                 trajectories.frames.push(frame);
-                trajectories.points.push(place(index, point));
+                trajectories.points.push(place(index, *point * factor));
             }
         }
         trajectories.starts.push(trajectories.points.len());

@@ -33,7 +33,7 @@ pub(crate) type Common = (usize, Pose, Pose);
 /// The frames, by their index in `common`, that say something of their own.
 pub(crate) fn telling(common: &[Common], reference: &BodyMotion<'_>, moving: &BodyMotion<'_>) -> Vec<usize> {
     // An exact repetition of a frame says nothing new.
-    let repeats = |body: &BodyMotion<'_>, frame| body.is_at_rest() || body.tracks().repeats_previous(frame);
+    let repeats = |body: &BodyMotion<'_>, frame| body.is_at_rest() || body.seen().tracks.repeats_previous(frame);
     let fresh: Vec<usize> = (0..common.len())
         .filter(|&index| index == 0 || !(repeats(reference, common[index].0) && repeats(moving, common[index].0)))
         .collect();

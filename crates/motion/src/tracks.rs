@@ -21,6 +21,13 @@ pub struct Tracks {
     magnitude: f64,
 }
 
+/// Tracks, and the factor by which all positions in them are to be multiplied.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SeenAtScale<'a> {
+    pub(crate) tracks: &'a Tracks,
+    pub(crate) factor: f64,
+}
+
 impl Tracks {
     /// Takes frame-major positions; a sample with any NaN coordinate is missing.
     ///

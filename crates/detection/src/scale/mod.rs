@@ -112,7 +112,10 @@ impl ScaleSettings {
         let steps = ((self.to - self.from) / self.step + NEARLY).floor().max(0.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "settings keep it below 200 000")]
         let steps = steps as u32;
-        (0..=steps).map(|k| self.from + f64::from(k) * self.step).collect()
+        // As they would be written: 1.43, not the 1.4300000000000002 that sums of steps come to.
+        let tens = 10_f64.powf(6.0 - self.step.log10().floor());
+        let written = |factor: f64| (factor * tens).round() / tens;
+        (0..=steps).map(|k| if k == 0 { self.from } else { written(self.from + f64::from(k) * self.step) }).collect()
     }
 }
 

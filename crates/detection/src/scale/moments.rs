@@ -22,23 +22,36 @@ impl Spread {
     fn of(motion: &RelativeMotion<'_>) -> Self {
         let mut spread = Self { samples: Matrix3::zeros(), mixed: Matrix3::zeros(), camera: Matrix3::zeros() };
         let camera = |frame: usize| motion.reference().poses()[frame].unwrap_or_default().inverse() * Point3::origin();
-        let cameras: Vec<Point3<f64>> = (0..motion.recording_frames()).map(camera).collect();
-        for trajectory in motion.trajectories().iter().filter(|trajectory| !trajectory.points.is_empty()) {
-            let pairs = || trajectory.points.iter().zip(trajectory.frames.iter().map(|frame| &cameras[*frame]));
-            let count = trajectory.points.len() as f64;
-            let (sum, of_camera) = pairs().fold((Vector3::zeros(), Vector3::zeros()), |(sum, of_camera), (p, c)| {
-                (sum + p.coords, of_camera + c.coords)
+        if let Some(columns) = motion.columns() {
+            let cameras: Vec<Point3<f64>> = motion.frames().iter().map(|frame| camera(*frame)).collect();
+            columns.map(|_, rows| {
+                spread.add((0..rows.frames).map(|index| (rows.point(index), cameras[index])));
             });
-            let (mean, mean_camera) = (sum / count, of_camera / count);
-            for (point, camera) in pairs() {
-                let (p, c) = (point.coords - mean, camera.coords - mean_camera);
-                spread.samples += p * p.transpose();
-                spread.mixed += p * c.transpose();
-                spread.camera += c * c.transpose();
+        } else {
+            let cameras: Vec<Point3<f64>> = (0..motion.recording_frames()).map(camera).collect();
+            for trajectory in motion.trajectories().iter() {
+                spread.add(
+                    trajectory.points.iter().zip(trajectory.frames).map(|(point, frame)| (*point, cameras[*frame])),
+                );
             }
         }
         spread.mixed += spread.mixed.transpose();
         spread
+    }
+
+    /// Adds a feature's samples, each with the camera.
+    fn add(&mut self, samples: impl ExactSizeIterator<Item = (Point3<f64>, Point3<f64>)> + Clone) {
+        let count = samples.len().max(1) as f64;
+        let zero = (Vector3::zeros(), Vector3::zeros());
+        let (sum, of_camera) =
+            samples.clone().fold(zero, |(sum, of_camera), (p, c)| (sum + p.coords, of_camera + c.coords));
+        let (mean, mean_camera) = (sum / count, of_camera / count);
+        for (point, camera) in samples {
+            let (p, c) = (point.coords - mean, camera.coords - mean_camera);
+            self.samples += p * p.transpose();
+            self.mixed += p * c.transpose();
+            self.camera += c * c.transpose();
+        }
     }
 
     fn at(&self, scale: f64) -> Matrix3<f64> {

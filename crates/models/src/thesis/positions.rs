@@ -28,7 +28,7 @@ pub(super) fn turns(
     y: Vector3<f64>,
 ) -> Vec<Option<f64>> {
     if let Some(columns) = motion.columns() {
-        return unwrapped(motion, &Turned::about(point, [x, y], columns));
+        return unwrapped(motion, &Turned::of_all(point, [x, y], columns));
     }
     let place = |p: &Point3<f64>| Complex::new(x.dot(&(p - point)), y.dot(&(p - point)));
     let nearest_turn = |pairs: &[(Complex<f64>, Complex<f64>)], previous: f64| {

@@ -104,10 +104,11 @@ joint_model!(ThesisRevolute, "thesis-revolute", "trajectories on circles about o
 
 impl JointModel for ThesisRevolute {
     fn fit(&self, motion: &RelativeMotion<'_>) -> Result<JointFit, FitError> {
-        let arcs = match motion.columns().filter(|columns| columns.frames() > 2) {
-            Some(columns) => self.arcs_of_rows(columns),
-            None => self.arcs(&trajectories_by_feature(motion, 3)?),
+        let (all, turning) = match motion.columns().filter(|columns| columns.frames() > 2) {
+            Some(columns) => self.seen_in_rows(motion, columns),
+            None => self.seen_in(motion, &trajectories_by_feature(motion, 3)?),
         };
+        let arcs = Arc::telling(&all);
         let count = arcs.len() as f64;
         let fits = arcs.iter().map(|arc| arc.on_circle);
         let circle_fit = match self.trajectories {
@@ -117,14 +118,11 @@ impl JointModel for ThesisRevolute {
         };
         let angle = arcs.iter().map(|arc| f64::from(arc.degrees)).sum::<f64>() / count;
         let occupied_angle = 1.0 - q_function(angle, self.angle_mean, self.angle_steepness);
-        let found: Vec<&Circle> = arcs.iter().filter_map(|arc| arc.circle.as_ref()).collect();
-        let axis = self.axis(&found);
-        let axis_fit = axis.as_ref().map_or(0.0, |axis| axis.inside as f64 / count);
+        let axis_fit = turning.as_ref().map_or(0.0, |turning| turning.about.inside as f64 / count);
 
         let mut joint = Joint::default();
         let mut residual = None;
-        if let Some(CentreLine { point, direction, .. }) = axis {
-            let (angles, off) = turned(motion, &arcs, point, direction);
+        if let Some(Turning { about: CentreLine { point, direction, .. }, angles, off }) = turning {
             let backwards = positions::points_backwards(&angles);
             let positions = Positions::of_one_freedom(angles);
             joint.axis =
@@ -168,16 +166,23 @@ impl Arc {
     }
 
     /// A feature exactly on the axis has no circle, and says nothing where others move.
-    fn telling(mut arcs: Vec<Self>) -> Vec<Self> {
-        if !arcs.iter().all(|arc| arc.is_still) {
-            arcs.retain(|arc| !arc.is_still);
-        }
-        arcs
+    fn telling(arcs: &[Self]) -> Vec<&Self> {
+        let none_moves = arcs.iter().all(|arc| arc.is_still);
+        arcs.iter().filter(|arc| none_moves || !arc.is_still).collect()
     }
 }
 
+/// What all trajectories show of turning about one axis.
+struct Turning {
+    about: CentreLine,
+    /// Radians, per frame of the recording.
+    angles: Vec<Option<f64>>,
+    /// Root mean square distance of the samples from their features' circles about the axis, metres.
+    off: f64,
+}
+
 impl ThesisRevolute {
-    fn arcs(&self, tracks: &[(usize, Trajectory<'_>)]) -> Vec<Arc> {
+    fn seen_in(&self, motion: &RelativeMotion<'_>, tracks: &[(usize, Trajectory<'_>)]) -> (Vec<Arc>, Option<Turning>) {
         let arc = |(feature, track): &(usize, Trajectory<'_>)| {
             let is_still = is_still(track);
             let Some(circle) = Circle::through(track.points, self.circle) else {
@@ -187,29 +192,53 @@ impl ThesisRevolute {
             let degrees = occupied(track.points.iter().map(|point| circle.on_unit_circle(point)));
             Arc { feature: *feature, circle: Some(circle), on_circle, degrees, is_still }
         };
-        Arc::telling(tracks.iter().map(arc).collect())
+        let arcs: Vec<Arc> = tracks.iter().map(arc).collect();
+        let telling = Arc::telling(&arcs);
+        let turning = self.axis(&telling).map(|about| Turning {
+            angles: positions::angles(motion, about.point, about.direction),
+            off: off_circles(motion, &telling, about.point, about.direction),
+            about,
+        });
+        (arcs, turning)
     }
 
-    /// The same of features that are always seen.
-    fn arcs_of_rows(&self, columns: Columns<'_>) -> Vec<Arc> {
+    /// The same of features that are always seen: moments tell circles and axis, and one look the rest.
+    fn seen_in_rows(&self, motion: &RelativeMotion<'_>, columns: Columns<'_>) -> (Vec<Arc>, Option<Turning>) {
         let known = columns.summaries();
-        let circles = Circle::through_all(known, self.circle);
-        let mut seen = vec![(0.0, Degrees::default()); columns.features()];
-        columns.in_turn(|_, rows| {
-            for ((rows, circle), (count, degrees)) in rows.iter().zip(&circles).zip(&mut seen) {
-                let Some(circle) = circle else { continue };
-                *count += lanes::on_circle(*rows, circle, self.circle_tolerance, degrees);
+        let arc = |(feature, circle): (usize, Option<Circle>)| {
+            let is_still = known[feature].moved <= ROUNDING * known[feature].magnitude;
+            match circle {
+                Some(circle) => Arc { feature, circle: Some(circle), on_circle: 0.0, degrees: 0, is_still },
+                None => Arc::without_circle(feature, is_still),
+            }
+        };
+        let mut arcs: Vec<Arc> = Circle::through_all(known, self.circle).into_iter().enumerate().map(arc).collect();
+        let axis = self.axis(&Arc::telling(&arcs));
+        let mut turned =
+            axis.as_ref().map(|axis| Turned::about(axis.point, positions::across(axis.direction), columns));
+        let mut degrees = vec![Degrees::default(); arcs.len()];
+        columns.in_turn(|frame, rows| {
+            for ((rows, arc), degrees) in rows.iter().zip(&mut arcs).zip(&mut degrees) {
+                if let Some(circle) = &arc.circle {
+                    arc.on_circle += lanes::on_circle(*rows, circle, self.circle_tolerance, degrees);
+                }
+                if let Some(turned) = &mut turned {
+                    turned.add(frame, arc.feature, *rows);
+                }
             }
         });
-        let arcs = circles.into_iter().zip(seen).zip(known).enumerate().map(|(feature, ((circle, seen), known))| {
-            let is_still = known.moved <= ROUNDING * known.magnitude;
-            let (Some(circle), (count, degrees)) = (circle, seen) else {
-                return Arc::without_circle(feature, is_still);
-            };
-            let on_circle = count / columns.frames() as f64;
-            Arc { feature, circle: Some(circle), on_circle, degrees: degrees.occupied(), is_still }
+        let count = columns.frames() as f64;
+        for (arc, degrees) in arcs.iter_mut().zip(degrees).filter(|(arc, _)| arc.circle.is_some()) {
+            arc.on_circle /= count;
+            arc.degrees = degrees.occupied();
+        }
+        let turning = axis.zip(turned).map(|(about, turned)| {
+            let telling = Arc::telling(&arcs);
+            let sum: f64 = telling.iter().map(|arc| turned.off_circle(arc.feature, columns.frames())).sum();
+            let off = above_rounding((sum / (telling.len() as f64 * count)).sqrt(), columns);
+            Turning { about, angles: positions::unwrapped(motion, &turned), off }
         });
-        Arc::telling(arcs.collect())
+        (arcs, turning)
     }
 
     /// Equation (41): share of points on the circle.
@@ -221,7 +250,12 @@ impl ThesisRevolute {
         track.points.iter().filter(on_circle).count() as f64 / track.points.len() as f64
     }
 
-    fn axis(&self, circles: &[&Circle]) -> Option<CentreLine> {
+    /// The axis to which circles point.
+    fn axis(&self, arcs: &[&Arc]) -> Option<CentreLine> {
+        self.axis_of(&arcs.iter().filter_map(|arc| arc.circle.as_ref()).collect::<Vec<_>>())
+    }
+
+    fn axis_of(&self, circles: &[&Circle]) -> Option<CentreLine> {
         let places: Vec<Point3<f64>> = circles.iter().map(|c| c.centre).collect();
         let mean_radius = circles.iter().map(|c| c.radius).sum::<f64>() / circles.len() as f64;
         let centres = Centres::new(&places, mean_radius)?;
@@ -238,24 +272,8 @@ impl ThesisRevolute {
     }
 }
 
-/// The angles about an axis, and the root mean square distance of the samples from their features' circles about it, metres.
-fn turned(
-    motion: &RelativeMotion<'_>,
-    arcs: &[Arc],
-    point: Point3<f64>,
-    direction: Unit<Vector3<f64>>,
-) -> (Vec<Option<f64>>, f64) {
-    let Some(columns) = motion.columns() else {
-        return (positions::angles(motion, point, direction), off_circles(motion, arcs, point, direction));
-    };
-    let turned = Turned::about(point, positions::across(direction), columns);
-    let sum: f64 = arcs.iter().map(|arc| turned.off_circle(arc.feature, columns.frames())).sum();
-    let off = (sum / (arcs.len() * columns.frames()) as f64).sqrt();
-    (positions::unwrapped(motion, &turned), above_rounding(off, columns))
-}
-
 /// Root mean square distance of the samples from their features' circles about a common axis, metres.
-fn off_circles(motion: &RelativeMotion<'_>, arcs: &[Arc], point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
+fn off_circles(motion: &RelativeMotion<'_>, arcs: &[&Arc], point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
     let place = |p: &Point3<f64>| {
         let d = p - point;
         (direction.cross(&d).norm(), direction.dot(&d))
@@ -290,7 +308,7 @@ mod tests {
     fn centres_beside_the_axis_do_not_count() {
         // Extent 1 m along z: the tube's radius is 0.1 m. One centre of five is 0.15 m off.
         let circles = circles(&[[0., 0., -0.5], [0., 0., -0.25], [0.15, 0., 0.], [0., 0., 0.25], [0., 0., 0.5]]);
-        let axis = ThesisRevolute::default().axis(&circles.iter().collect::<Vec<_>>()).expect("an axis");
+        let axis = ThesisRevolute::default().axis_of(&circles.iter().collect::<Vec<_>>()).expect("an axis");
         assert_eq!(axis.inside, 4);
         assert!(axis.direction.cross(&Vector3::z()).norm() < 0.1);
     }
@@ -300,7 +318,7 @@ mod tests {
         let circles = circles(&[[0.001, 0., 0.], [-0.001, 0.001, 0.], [0., -0.001, 0.0005], [0.0005, 0.001, -0.001]]);
         let circles: Vec<_> = circles.iter().collect();
         let angle = |turntable| {
-            let axis = ThesisRevolute { turntable, ..Default::default() }.axis(&circles).expect("an axis");
+            let axis = ThesisRevolute { turntable, ..Default::default() }.axis_of(&circles).expect("an axis");
             axis.direction.cross(&Vector3::z()).norm().asin().to_degrees()
         };
         assert!(angle(true) < 1e-6 && angle(false) > 30.0, "{} {}", angle(true), angle(false));
@@ -310,8 +328,8 @@ mod tests {
     fn one_circle_has_its_normal_for_an_axis_unless_refused() {
         let circles = circles(&[[1., 2., 3.]]);
         let one: Vec<_> = circles.iter().collect();
-        assert_eq!(ThesisRevolute::default().axis(&one).expect("its normal").inside, 1);
+        assert_eq!(ThesisRevolute::default().axis_of(&one).expect("its normal").inside, 1);
         let refuse = ThesisRevolute { lone_trajectory: LoneTrajectory::Refuse, ..Default::default() };
-        assert!(refuse.axis(&one).is_none());
+        assert!(refuse.axis_of(&one).is_none());
     }
 }

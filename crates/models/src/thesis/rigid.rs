@@ -91,8 +91,8 @@ impl ThesisRigid {
         match self.features {
             OverFeatures::Mean => mean,
             OverFeatures::Sum => {
-                let reference = motion.reference().tracks().features() as f64;
-                let moving = motion.moving().tracks().features() as f64;
+                let reference = motion.reference().features() as f64;
+                let moving = motion.moving().features() as f64;
                 Lengths {
                     reference: mean.reference * reference,
                     moving: mean.moving * moving,

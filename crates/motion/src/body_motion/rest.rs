@@ -10,7 +10,7 @@ impl BodyMotion<'_> {
     pub fn rests(&self) -> bool {
         /// Root mean square distance of the poses from their mean, in standard deviations of their noise.
         const MOVED: f64 = 2.0;
-        if self.at_rest || self.tracks.rest() {
+        if self.at_rest || self.tracks.as_seen().rest() {
             return true;
         }
         let covariances = self.pose_covariances();

@@ -1,12 +1,12 @@
 //! A body as it would be seen at another scale.
 
-use std::borrow::Cow;
 use std::ops::Deref;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Matrix6, Vector6};
 
 use super::{BodyMotion, Outlier};
+use crate::columns::RowsAsSeen;
 use crate::line::Line;
 use crate::noise::Spread;
 use crate::poses::Shape;
@@ -28,15 +28,11 @@ impl BodyMotion<'_> {
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         assert!(factor > 0.0 && factor.is_finite(), "a scale is a positive number");
-        let units = Vector6::new(1.0, 1.0, 1.0, factor, factor, factor);
-        let units = units * units.transpose();
-        let carried = |covariance: &Matrix6<f64>| covariance.component_mul(&units);
-        let poses =
-            |poses: &[Option<Pose>]| poses.iter().map(|pose| pose.map(|pose| scaled_pose(&pose, factor))).collect();
+        let known = |rows: &Option<RowsAsSeen>| rows.as_ref().map(|rows| rows.scaled(factor));
         Self {
             name: self.name,
-            tracks: self.tracks.scaled(factor),
-            poses: poses(&self.poses),
+            tracks: self.tracks.times(factor),
+            poses: self.poses.times(factor),
             unposed: self.unposed.clone(),
             noise: super::Noise { position: self.noise.position.map(|sigma| factor * sigma), ..self.noise },
             outlier: self.outlier.map(|outlier| Outlier {
@@ -44,71 +40,153 @@ impl BodyMotion<'_> {
                 noise: factor * outlier.noise,
                 ..outlier
             }),
-            registered: self.registered.as_ref().map(|registered| Registered {
-                poses: poses(&registered.poses),
-                shape: larger_shape(&registered.shape, factor),
-                ..registered.clone()
-            }),
+            registered: self.registered.as_ref().map(|registered| registered.times(factor)),
             spread: Spread { across: factor * self.spread.across, along: factor * self.spread.along },
             drift: self.drift.clone(),
-            line: self.line.as_ref().map(|line| Line {
-                poses: poses(&line.poses),
-                shape: larger_shape(&line.shape, factor),
-                noise: line.noise.map(|sigma| factor * sigma),
-                ..line.clone()
-            }),
-            tracked: self.tracked.as_ref().map(|mended| Mended { poses: poses(&mended.poses), ..mended.clone() }),
+            line: self.line.as_ref().map(|line| line.times(factor)),
+            tracked: self.tracked.as_ref().map(|mended| mended.times(factor)),
             pose_radius: factor * self.pose_radius,
             play: self.play,
             at_rest: self.at_rest,
-            covariances: self
-                .covariances
-                .get()
-                .map_or_else(OnceLock::new, |known| OnceLock::from(known.iter().map(carried).collect::<Vec<_>>())),
+            covariances: of_known(&self.covariances, |known| known.times(factor)),
             path: OnceLock::from(self.path().scaled(factor)),
-            rows: self
-                .rows
-                .get()
-                .map_or_else(OnceLock::new, |known| OnceLock::from(known.as_ref().map(|rows| rows.scaled(factor)))),
+            rows: of_known(&self.rows, known),
             maps: OnceLock::new(),
             posed: self.posed.clone(),
             always_seen: self.always_seen.clone(),
-            start_covariance: self.start_covariance.as_ref().map(carried),
+            start_covariance: self.start_covariance.as_ref().map(|covariance| carried(covariance, factor)),
         }
     }
 }
 
-/// A body's tracks multiplied by a factor, which is done as soon as someone looks: poses are at hand without.
+fn of_known<T>(known: &OnceLock<T>, of: impl FnOnce(&T) -> T) -> OnceLock<T> {
+    known.get().map_or_else(OnceLock::new, |known| OnceLock::from(of(known)))
+}
+
+/// What grows with the scale at which a body is seen.
+pub(super) trait Grows: Clone {
+    /// The same where all positions are multiplied by a factor.
+    #[must_use]
+    fn larger(&self, factor: f64) -> Self;
+}
+
+/// Something at a scale, multiplied as soon as someone looks: of most scales that are tried, few things are looked at.
 #[derive(Debug, Clone)]
-pub(super) struct TracksAtScale<'r> {
-    as_seen: Cow<'r, Tracks>,
+pub(super) struct AtScale<'r, T> {
+    as_seen: Source<'r, T>,
     factor: f64,
-    scaled: OnceLock<Tracks>,
+    larger: OnceLock<T>,
 }
 
-impl<'r> From<Cow<'r, Tracks>> for TracksAtScale<'r> {
-    fn from(as_seen: Cow<'r, Tracks>) -> Self {
-        Self { as_seen, factor: 1.0, scaled: OnceLock::new() }
+#[derive(Debug, Clone)]
+enum Source<'r, T> {
+    Borrowed(&'r T),
+    Shared(Arc<T>),
+}
+
+impl<T: Grows> AtScale<'_, T> {
+    /// The same at a scale that is `factor` times this one.
+    pub(super) fn times(&self, factor: f64) -> Self {
+        Self { as_seen: self.as_seen.clone(), factor: factor * self.factor, larger: OnceLock::new() }
     }
-}
 
-impl TracksAtScale<'_> {
-    fn scaled(&self, factor: f64) -> Self {
-        Self { as_seen: self.as_seen.clone(), factor: factor * self.factor, scaled: OnceLock::new() }
-    }
-}
-
-impl Deref for TracksAtScale<'_> {
-    type Target = Tracks;
-
-    fn deref(&self) -> &Tracks {
-        if self.factor == 1.0 {
-            return &self.as_seen;
+    /// As the recording has it: what a scale does not change may be asked of this.
+    pub(super) fn as_seen(&self) -> &T {
+        match &self.as_seen {
+            Source::Borrowed(seen) => seen,
+            Source::Shared(seen) => seen,
         }
-        self.scaled.get_or_init(|| self.as_seen.scaled(self.factor))
+    }
+
+    /// To be changed before any scale is looked at.
+    pub(super) fn as_seen_mut(&mut self) -> &mut T {
+        if let Source::Borrowed(seen) = self.as_seen {
+            self.as_seen = Source::Shared(Arc::new(seen.clone()));
+        }
+        match &mut self.as_seen {
+            Source::Shared(seen) => Arc::make_mut(seen),
+            Source::Borrowed(_) => unreachable!("it is shared now"),
+        }
+    }
+
+    /// By which all lengths in it as it was seen are to be multiplied.
+    pub(super) fn factor(&self) -> f64 {
+        self.factor
     }
 }
 
-fn larger_shape(shape: &Shape, factor: f64) -> Shape {
-    shape.iter().map(|place| place.map(|place| place * factor)).collect()
+impl<T: Grows> Deref for AtScale<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        if self.factor == 1.0 {
+            return self.as_seen();
+        }
+        self.larger.get_or_init(|| self.as_seen().larger(self.factor))
+    }
+}
+
+impl<T> From<T> for AtScale<'_, T> {
+    fn from(seen: T) -> Self {
+        Self { as_seen: Source::Shared(Arc::new(seen)), factor: 1.0, larger: OnceLock::new() }
+    }
+}
+
+impl<'r, T> From<&'r T> for AtScale<'r, T> {
+    fn from(seen: &'r T) -> Self {
+        Self { as_seen: Source::Borrowed(seen), factor: 1.0, larger: OnceLock::new() }
+    }
+}
+
+impl Grows for Tracks {
+    fn larger(&self, factor: f64) -> Self {
+        self.scaled(factor)
+    }
+}
+
+impl Grows for Vec<Option<Pose>> {
+    fn larger(&self, factor: f64) -> Self {
+        self.iter().map(|pose| pose.map(|pose| scaled_pose(&pose, factor))).collect()
+    }
+}
+
+impl Grows for Vec<Matrix6<f64>> {
+    fn larger(&self, factor: f64) -> Self {
+        self.iter().map(|covariance| carried(covariance, factor)).collect()
+    }
+}
+
+impl Grows for Shape {
+    fn larger(&self, factor: f64) -> Self {
+        self.iter().map(|place| place.map(|place| place * factor)).collect()
+    }
+}
+
+impl Grows for Registered {
+    fn larger(&self, factor: f64) -> Self {
+        Self { poses: self.poses.larger(factor), shape: self.shape.larger(factor), ..self.clone() }
+    }
+}
+
+impl Grows for Line {
+    fn larger(&self, factor: f64) -> Self {
+        Self {
+            poses: self.poses.larger(factor),
+            shape: self.shape.larger(factor),
+            noise: self.noise.map(|sigma| factor * sigma),
+            ..self.clone()
+        }
+    }
+}
+
+impl Grows for Mended {
+    fn larger(&self, factor: f64) -> Self {
+        Self { poses: self.poses.larger(factor), ..self.clone() }
+    }
+}
+
+/// A covariance of twists where positions are multiplied.
+fn carried(covariance: &Matrix6<f64>, factor: f64) -> Matrix6<f64> {
+    let units = Vector6::new(1.0, 1.0, 1.0, factor, factor, factor);
+    covariance.component_mul(&(units * units.transpose()))
 }

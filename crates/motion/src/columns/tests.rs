@@ -33,14 +33,15 @@ fn long_recordings_show_the_same_a_part_at_a_time() {
     // Of a full turn, too many places may be the ends of the largest distance.
     for (features, degrees) in [(100, 70.0), (60, 200.0), (60, 360.0)] {
         let tracks = swinging(features, FRAMES, degrees);
+        let seen = SeenAtScale { tracks: &tracks, factor: 1.0 };
         let frames: Vec<usize> = (0..FRAMES).collect();
         let pose = |frame: usize| {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::x() * 0.001 * frame as f64);
             Pose::from_parts((Vector3::y() * 0.0003 * frame as f64).into(), turn)
         };
-        let kept = Placed::of(&tracks, &frames, Maps::of(&frames, pose), None).expect("all is seen");
+        let kept = Placed::of(seen, &frames, Maps::of(&frames, pose), None).expect("all is seen");
         let anew = Placed { numbers: None, summaries: OnceLock::new(), ..kept.clone() };
-        let [kept, anew] = [&kept, &anew].map(|placed| Columns::new(&tracks, &frames, placed));
+        let [kept, anew] = [&kept, &anew].map(|placed| Columns::new(seen, &frames, placed));
         let mut parts = 0;
         let mut next = 0;
         anew.in_turn(|first, rows| {
@@ -78,11 +79,11 @@ fn the_largest_distance_is_told_by_few_places_of_an_arc_and_refused_of_a_circle(
     const FRAMES: usize = 1501;
     for (degrees, told) in [(30.0, true), (90.0, true), (150.0, true), (360.0, false)] {
         let tracks = swinging(8, FRAMES, degrees);
+        let seen = SeenAtScale { tracks: &tracks, factor: 1.0 };
         let frames: Vec<usize> = (0..FRAMES).collect();
-        let mut placed =
-            Placed::of(&tracks, &frames, Maps::of(&frames, |_| Pose::identity()), None).expect("all is seen");
+        let mut placed = Placed::of(seen, &frames, Maps::of(&frames, |_| Pose::identity()), None).expect("all is seen");
         placed.numbers = None;
-        let columns = Columns::new(&tracks, &frames, &placed);
+        let columns = Columns::new(seen, &frames, &placed);
         let mut far = columns.far_ends().expect("a long recording");
         columns.in_turn(|_, rows| far.iter_mut().zip(rows).for_each(|(far, rows)| far.add(rows.coordinates)));
         assert!(far.into_iter().all(|far| far.extent().is_some() == told), "{degrees} degrees");

@@ -226,9 +226,9 @@ impl WithSimd for Extent<'_> {
             let (square, out) = farthest(simd, rows, centre);
             // The other end of a longer distance is at most so much nearer to the centre.
             if square.sqrt() <= radius * (1.0 + SHELL) {
-                let inner = radius * (1.0 - SHELL);
+                let inner = (2.0 * radius - square.sqrt()).max(0.0);
                 ends.clear();
-                if ends.collect(simd, rows, centre, inner * inner, BLOCK + count / FEW) {
+                if ends.collect(simd, rows, centre, inner * inner * (1.0 - SURE), BLOCK + count / FEW) {
                     *filled = false;
                     return ends.across(simd, pair, best).sqrt();
                 }

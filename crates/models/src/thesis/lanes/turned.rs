@@ -11,6 +11,8 @@ use super::{BLOCK, dot, minus, registers, splat};
 pub(in super::super) struct Turned {
     point: Point3<f64>,
     axes: [Vector3<f64>; 2],
+    /// Where each feature was at first.
+    starts: Vec<Point3<f64>>,
     sums: [Vec<f64>; 2],
     off: Vec<Off>,
 }
@@ -23,24 +25,30 @@ struct Off {
 }
 
 impl Turned {
-    /// Of all features.
+    /// Of nothing yet.
     pub(in super::super) fn about(point: Point3<f64>, axes: [Vector3<f64>; 2], columns: Columns<'_>) -> Self {
         let none = vec![0.0; columns.frames().next_multiple_of(BLOCK)];
-        let mut turned =
-            Self { point, axes, sums: [none.clone(), none], off: vec![Off::default(); columns.features()] };
         let starts: Vec<Point3<f64>> = columns.summaries().iter().map(|known| known.first).collect();
+        Self { point, axes, off: vec![Off::default(); starts.len()], starts, sums: [none.clone(), none] }
+    }
+
+    /// Of all features.
+    pub(in super::super) fn of_all(point: Point3<f64>, axes: [Vector3<f64>; 2], columns: Columns<'_>) -> Self {
+        let mut turned = Self::about(point, axes, columns);
         columns.in_turn(|frame, rows| {
             for (feature, rows) in rows.iter().enumerate() {
-                Arch::new().dispatch(Kernel {
-                    rows: *rows,
-                    start: starts[feature],
-                    frame,
-                    feature,
-                    turned: &mut turned,
-                });
+                turned.add(frame, feature, *rows);
             }
         });
         turned
+    }
+
+    /// Adds a feature's positions in some frames, beginning with the one given.
+    pub(in super::super) fn add(&mut self, frame: usize, feature: usize, rows: Rows<'_>) {
+        let Self { point, axes, starts, sums: [real, imaginary], off } = self;
+        let [real, imaginary] = [real, imaginary].map(|sums| &mut sums[frame..][..rows.weights.len()]);
+        let (start, off) = (starts[feature], &mut off[feature]);
+        Arch::new().dispatch(Kernel { rows, point: *point, axes: *axes, start, sums: [real, imaginary], off });
     }
 
     /// If the gradients are unit vectors at right angles: the sum of squared distances of a feature's positions, of which
@@ -57,10 +65,11 @@ impl Turned {
 
 struct Kernel<'a> {
     rows: Rows<'a>,
+    point: Point3<f64>,
+    axes: [Vector3<f64>; 2],
     start: Point3<f64>,
-    frame: usize,
-    feature: usize,
-    turned: &'a mut Turned,
+    sums: [&'a mut [f64]; 2],
+    off: &'a mut Off,
 }
 
 impl WithSimd for Kernel<'_> {
@@ -68,9 +77,7 @@ impl WithSimd for Kernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { rows: all, start, frame, feature, turned: Turned { point, axes, sums: [real, imaginary], off } } =
-            self;
-        let (point, axes) = (*point, *axes);
+        let Self { rows: all, point, axes, start, sums: [real, imaginary], off } = self;
         let rows = registers(simd, all.coordinates);
         let weights = S::as_simd_f64s(all.weights).0;
         let about = splat(simd, point.coords.into());
@@ -84,8 +91,7 @@ impl WithSimd for Kernel<'_> {
         let radius = simd.splat_f64s(x.hypot(y));
         let zero = simd.splat_f64s(0.0);
         let (mut sums, mut squares) = ([zero; 2], [zero; 2]);
-        let turned =
-            S::as_mut_simd_f64s(&mut real[frame..]).0.iter_mut().zip(S::as_mut_simd_f64s(&mut imaginary[frame..]).0);
+        let turned = S::as_mut_simd_f64s(real).0.iter_mut().zip(S::as_mut_simd_f64s(imaginary).0);
         for (k, (weight, (real, imaginary))) in weights.iter().zip(turned).enumerate() {
             let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], about);
             let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
@@ -102,7 +108,6 @@ impl WithSimd for Kernel<'_> {
             squares[0] = simd.mul_add_e_f64s(weighted_wider, wider, squares[0]);
             squares[1] = simd.mul_add_e_f64s(weighted_higher, higher, squares[1]);
         }
-        let off = &mut off[feature];
         for k in 0..2 {
             off.sums[k] += simd.reduce_sum_f64s(sums[k]);
             off.squares[k] += simd.reduce_sum_f64s(squares[k]);
