@@ -273,13 +273,14 @@ impl<'a> Columns<'a> {
     /// What every feature's trajectory shows at a glance; found once, for whoever asks.
     pub fn summaries(&self) -> &'a [Summary] {
         self.placed.summaries.get_or_init(|| {
-            let mut alike = Extents::default();
             if self.placed.numbers.is_some() {
                 // Caches hold one feature's rows.
-                return self.map(|_, rows| {
-                    let mut sums = Sums::default();
-                    sums.add(rows);
-                    sums.summary(alike.of_rows(rows.coordinates))
+                return Extents::one_after_another(|alike| {
+                    self.map(|_, rows| {
+                        let mut sums = Sums::default();
+                        sums.add(rows);
+                        sums.summary(alike.of_rows(rows.coordinates))
+                    })
                 });
             }
             let mut sums = vec![Sums::default(); self.features()];
@@ -289,7 +290,8 @@ impl<'a> Columns<'a> {
                 far.iter_mut().flatten().zip(rows).for_each(|(far, rows)| far.add(rows.coordinates));
             });
             let told = far.and_then(|far| far.into_iter().map(FarEnds::extent).collect::<Option<Vec<f64>>>());
-            let extents = told.unwrap_or_else(|| self.map(|_, rows| alike.of_rows(rows.coordinates)));
+            let anew = || Extents::one_after_another(|alike| self.map(|_, rows| alike.of_rows(rows.coordinates)));
+            let extents = told.unwrap_or_else(anew);
             sums.iter().zip(extents).map(|(sums, extent)| sums.summary(extent)).collect()
         })
     }
@@ -301,8 +303,7 @@ impl<'a> Columns<'a> {
         let frames: Vec<usize> = indices.iter().map(|index| self.frames[*index]).collect();
         let some = Placed::of(self.seen, &frames, self.placed.maps.some(&indices), None)?;
         let glance = Columns::new(self.seen, &frames, &some);
-        let mut alike = Extents::default();
-        Some(glance.map(|_, rows| FarEnds::by_some(rows.coordinates, count, &mut alike)))
+        Some(Extents::one_after_another(|alike| glance.map(|_, rows| FarEnds::by_some(rows.coordinates, count, alike))))
     }
 
     /// What the rows of one feature show.

@@ -3,6 +3,8 @@
 #![expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
 #![expect(clippy::needless_range_loop, reason = "one index runs through several rows")]
 
+use std::cell::Cell;
+
 use nalgebra::Point3;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -29,7 +31,7 @@ const ROUNDING: f64 = 1e-15;
 /// # Panics
 /// If the rows have different lengths.
 pub fn extent_of_rows(rows: [&[f64]; 3]) -> f64 {
-    Extents::default().of_rows(rows)
+    Extents::one_after_another(|extents| extents.of_rows(rows))
 }
 
 /// Extents of trajectories that are alike, one after another: where one was farthest from itself, the next one nearly is.
@@ -46,7 +48,21 @@ pub struct Extents {
     boxes: Boxes,
 }
 
+thread_local! {
+    /// Room for ends and boxes, which whoever comes next in the same thread takes over.
+    static ROOM: Cell<Extents> = Cell::default();
+}
+
 impl Extents {
+    /// Looks at some trajectories that are alike, without asking for memory anew.
+    pub(crate) fn one_after_another<R>(look: impl FnOnce(&mut Self) -> R) -> R {
+        // What others were like is forgotten.
+        let mut extents = Self { pair: [0; 2], filled: false, ..ROOM.take() };
+        let looked = look(&mut extents);
+        ROOM.set(extents);
+        looked
+    }
+
     /// As [`extent_of_rows`].
     ///
     /// # Panics
