@@ -220,7 +220,9 @@ impl Valley<'_> {
             logarithm,
             standard_error: variance.sqrt(),
             signal: (by_data * found.correlation_time / frames).sqrt(),
-            price: (1.0 + usual / variance).ln() + (logarithm - self.belief.mean).powi(2) / (usual + variance),
+            // As all parameters: nothing that is known beforehand is less than a single observation tells.
+            price: (1.0 + (usual / variance).min(found.observations)).ln()
+                + (logarithm - self.belief.mean).powi(2) / (usual + variance),
         }
     }
 }
