@@ -248,6 +248,53 @@ fn moments_find_joints_of_likelihood_as_the_whole_grid_does() {
     }
 }
 
+/// Half a step of the grid moves a body by 5 mm at 1 m: without noise no joint but a freer one would be left.
+#[test]
+fn scales_between_those_of_the_grid_are_tried_where_noise_is_less_than_a_step() {
+    for (joint, noise) in [("rigid", 0.0), ("rigid", 0.0002), ("prismatic", 0.0), ("spherical", 0.002)] {
+        let options = SceneOptions { scale: Some(0.94), noise: Some(noise), seed: 3, ..SceneOptions::default() };
+        let recording = simulate(joint, &options).expect("simulated").recording;
+        for search in ["grid", "moments"] {
+            let pair = detect(&format!("[scale]\nsearch = '{search}'\n"), recording.clone()).remove(0);
+            assert_eq!(
+                (pair.verdict.joint.as_str(), pair.determined),
+                (joint, true),
+                "{noise} {search}: {:?}",
+                pair.notes
+            );
+            let off = pair.scale.and_then(|scale| scale.factor).expect("shown") * 0.94 - 1.0;
+            assert!(off.abs() < 1e-5 + 0.4 * noise, "{joint} {noise} {search}: off by {off:.6}");
+        }
+        // A fitted scale costs no more than any other parameter: it leaves no doubt about joints of many freedoms.
+        let pair = &detect(CLOSED_FORM, recording)[0];
+        assert_eq!((pair.verdict.joint.as_str(), pair.determined), (joint, true), "{noise}: {:?}", pair.notes);
+    }
+}
+
+/// What looks like no joint may be one at a scale that nobody can seek.
+#[test]
+fn a_single_feature_of_unknown_scale_determines_nothing_unless_the_base_rests() {
+    for still_base in [false, true] {
+        let options = SceneOptions { scale: Some(0.94), still_base, seed: 3, ..SceneOptions::default() };
+        let recording = simulate("revolute", &options).expect("simulated").recording;
+        let Observation::Points { tracks, .. } = recording.bodies()[1].observation() else { panic!("points") };
+        let points = (0..tracks.frames()).map(|frame| tracks.frame(frame)[0]).collect();
+        let one =
+            Body::from_points("part", vec!["0".into()], Tracks::new(1, points).expect("one each")).expect("a body");
+        let bodies = vec![recording.bodies()[0].clone(), one];
+        let recording = Recording::new(recording.frame_numbers().to_vec(), None, bodies).expect("a recording");
+        for search in ["grid", "moments", "closed-form"] {
+            let pair = detect(&format!("[scale]\nsearch = '{search}'\n"), recording.clone()).remove(0);
+            let told = pair.notes.iter().any(|note| note.contains("takes poses of both"));
+            assert!(
+                if still_base { pair.verdict.joint == "revolute" && !told } else { told && !pair.determined },
+                "{search}: {:?}",
+                pair.notes
+            );
+        }
+    }
+}
+
 #[test]
 fn all_pairs_agree_on_one_scale_per_body() {
     let hinge = |t: f64| place(0.1, 0.0, 0.0) * turn(0.0, 0.0, 0.9 * t) * place(0.1, 0.05, 0.0);

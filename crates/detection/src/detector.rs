@@ -16,11 +16,11 @@ use jointscope_motion::{
 use jointscope_scoring::{Explanation, Finding, Findings, Verdict};
 use rayon::prelude::*;
 
-use one_camera::{registered, repaired, shows_scale};
+use one_camera::{moves_without_poses, registered, repaired, shows_scale};
 
 use crate::configuration::NamedModel;
 use crate::pairs::{Pair, WORLD, chosen, names_of};
-use crate::remarks::{doubts, leapt, richer_note, scale_note, told_by};
+use crate::remarks::{UNSOUGHT, beyond_the_range, doubts, leapt, richer_note, scale_note, told_by};
 use crate::scale::{Belief, factors, over_the_grid, rescale, shown_at, stand_in};
 use crate::watched::Watched;
 use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
@@ -284,17 +284,13 @@ impl Detector {
         }
         pair.notes.extend(told_by(&pair.models, &verdict));
         pair.notes.extend(richer_note(&verdict, &pair.models));
-        let doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models, taking);
+        let mut doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models, taking);
+        doubts.extend(ends_there.then(|| beyond_the_range(&verdict)));
+        if search != ScaleSearch::None && moves_without_poses(motion) {
+            doubts.push(UNSOUGHT.into());
+        }
         pair.determined = doubts.is_empty();
         pair.notes.extend(doubts);
-        if ends_there {
-            pair.determined = false;
-            pair.notes.push(format!(
-                "`{}` does best at the last of the scales that are tried, and may do better beyond: give a wider range, `from` \
-                 and `to` under [scale]",
-                verdict.joint
-            ));
-        }
         let other_side = motion.moving_from_reference();
         for (name, fit) in pair.models.iter_mut().filter_map(|(name, finding)| Some((name, finding.as_mut().ok()?))) {
             // What the fit says of the moving body is at the scale of that fit.

@@ -41,9 +41,23 @@ pub(crate) fn richer_note(verdict: &Verdict, models: &BTreeMap<String, ModelFind
     Some(format!("{} within {}; {name}{pitch} fits better, within {}", verdict.joint, misfit(simple)?, misfit(richer)?))
 }
 
+/// Said where the scale of a body without poses is unknown.
+pub(crate) const UNSOUGHT: &str = "the scale between the bodies is not sought, which takes poses of both: what is no joint \
+                                   at the scale that was seen may be one at another; track three features that are not on \
+                                   one line on each body";
+
+/// Said where the verdict's joint does best at an end of the range of scales.
+pub(crate) fn beyond_the_range(verdict: &Verdict) -> String {
+    format!(
+        "`{}` does best at the last of the scales that are tried, and may do better beyond: give a wider range, `from` and \
+         `to` under [scale]",
+        verdict.joint
+    )
+}
+
 /// Tells the scale that was found, or that none shows.
 pub(crate) fn scale_note(pair: &PairDetection) -> Option<String> {
-    let scale = pair.scale.as_ref()?;
+    let scale = pair.scale.as_ref().filter(|_| !pair.notes.iter().any(|note| note == UNSOUGHT))?;
     let Some(factor) = scale.factor else {
         let why = if pair.kind() == JointKind::Disconnected {
             "no scale between the bodies shows where no joint connects them"
@@ -53,8 +67,12 @@ pub(crate) fn scale_note(pair: &PairDetection) -> Option<String> {
         };
         return Some(why.into());
     };
-    let error = scale.standard_error.map_or(String::new(), |error| format!(" (± {error:.4})"));
-    Some(format!("what is seen of {} times {factor:.4}{error} agrees with {} in scale", pair.moving, pair.reference))
+    // Two digits of the error, and as many of the factor.
+    let enough = |error: f64| (4..12).find(|places| error >= 10.0 * 0.1_f64.powi(i32::from(*places))).unwrap_or(12_u8);
+    let places = usize::from(scale.standard_error.map_or(4, enough));
+    let error = scale.standard_error.map_or(String::new(), |error| format!(" (± {error:.places$})"));
+    let (moving, reference) = (&pair.moving, &pair.reference);
+    Some(format!("what is seen of {moving} times {factor:.places$}{error} agrees with {reference} in scale"))
 }
 
 /// Says so if the bodies were apart in single frames.

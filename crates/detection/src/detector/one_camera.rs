@@ -119,6 +119,11 @@ pub(super) fn registered<'r>(
     }
 }
 
+/// Whether both bodies move, but one shows no orientation, so that its scale cannot be sought.
+pub(super) fn moves_without_poses(motion: &RelativeMotion<'_>) -> bool {
+    motion.pose_series().is_none() && !motion.reference().rests() && !motion.moving().rests()
+}
+
 /// Whether a pair can show a scale at all: both bodies have poses, and neither rests.
 pub(super) fn shows_scale(motion: &RelativeMotion<'_>) -> bool {
     motion.pose_series().is_some() && !motion.reference().rests() && !motion.moving().rests()

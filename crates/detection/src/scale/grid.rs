@@ -1,6 +1,6 @@
 //! Scales of a range, all of them as the thesis tries them, or those that are likely.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use jointscope_motion::RelativeMotion;
 use rayon::prelude::*;
@@ -10,6 +10,8 @@ use crate::{ModelFinding, NamedModel};
 
 /// Confidence of a joint from which its best scale is looked for beside likely ones.
 const WORTH: f64 = 0.01;
+/// Rounds in which scales between those of the range are tried.
+const ROUNDS: usize = 8;
 
 /// Every model at the scale at which it scores best.
 pub(crate) struct GridFit {
@@ -23,11 +25,19 @@ pub(crate) struct GridFit {
     pub(crate) curve: ScaleCurve,
 }
 
+/// What every model finds at one scale.
+struct Tried {
+    /// Of the body that is multiplied.
+    factor: f64,
+    models: BTreeMap<String, ModelFinding>,
+}
+
 /// Tries all scales, or the likely ones, for `weigh` to fit `models` at each; registrations are shared, since scaling turns
 /// nothing.
 ///
 /// Likely are those with which [`moments::begin`], and then the neighbours of each model's best scale until these are no
-/// better.
+/// better. The valley of a model that states evidence may be narrower than a step: scales between those of the range are
+/// tried as well, where parabolas through its misfits have their least.
 ///
 /// The best scale of a model is that of its highest confidence; for one that states evidence, of its least misfit. Of
 /// equals, that nearest to 1.
@@ -47,71 +57,70 @@ pub(crate) fn over_the_grid(
         // Once they were looked at coordinate by coordinate, positions at all scales are.
         _ = plain.columns();
     }
+    // Joints have no size: the reference is multiplied by dividing the moving body, and coordinates stay those seen.
+    let of_moving = |factor: f64| match settings.body {
+        ScaledBody::Moving => factor,
+        ScaledBody::Reference => 1.0 / factor,
+    };
     let at = |&factor: &f64| {
-        let scaled = moving.scaled(factor);
+        let scaled = moving.scaled(of_moving(factor));
         let motion = if evidence {
             plain.rescaled(reference, &scaled)
         } else {
             // Nobody compares what poses tell at other scales.
             RelativeMotion::between(reference, &scaled)
         };
-        motion.map_or_else(|_| BTreeMap::new(), |motion| weigh(&motion))
+        Tried { factor, models: motion.map_or_else(|_| BTreeMap::new(), |motion| weigh(&motion)) }
     };
-    // Joints have no size: the reference is multiplied by dividing the moving body, and coordinates stay those seen.
-    let of_moving: Vec<f64> = match settings.body {
-        ScaledBody::Moving => factors.clone(),
-        ScaledBody::Reference => factors.iter().map(|factor| 1.0 / factor).collect(),
+    let mut next = match settings.search {
+        ScaleSearch::Moments => {
+            let all: Vec<f64> = factors.iter().map(|factor| of_moving(*factor)).collect();
+            moments::begin(plain, &all, models).into_iter().map(|index| factors[index]).collect()
+        }
+        _ => factors.clone(),
     };
-    let mut found: BTreeMap<usize, BTreeMap<String, ModelFinding>> = BTreeMap::new();
-    let mut next: BTreeSet<usize> = match settings.search {
-        ScaleSearch::Moments => moments::begin(plain, &of_moving, models),
-        _ => (0..factors.len()).collect(),
-    };
-    let mut best = BTreeMap::new();
+    let (mut tried, mut best) = (Vec::new(), BTreeMap::new());
+    let mut rounds_between = 0;
     while !next.is_empty() {
-        let indices: Vec<usize> = next.into_iter().collect();
-        let models: Vec<_> = indices.par_iter().map(|&index| at(&of_moving[index])).collect();
-        found.extend(indices.into_iter().zip(models));
-        best = best_of_each(&found, &of_moving);
-        // A likelihood says how far off a scale is, a confidence of next to nothing does not.
-        let worth = |(name, index): &(&String, &usize)| {
-            let finding = &found[*index][*name];
-            finding.as_ref().is_ok_and(|fit| fit.evidence.is_some()) || score(finding) >= WORTH
-        };
-        let beside = best
-            .iter()
-            .filter(worth)
-            .flat_map(|(_, &index)| [index.saturating_sub(1), (index + 1).min(factors.len() - 1)]);
-        next = beside.filter(|index| !found.contains_key(index)).collect();
+        tried.extend(next.par_iter().map(at).collect::<Vec<Tried>>());
+        tried.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+        best = best_of_each(&tried, of_moving);
+        next = best.iter().flat_map(|(name, &place)| beside(&tried, name, place, &factors)).collect();
+        if next.is_empty() && rounds_between < ROUNDS {
+            rounds_between += 1;
+            next = best.iter().filter_map(|(name, &place)| between(&tried, name, place)).collect();
+        }
+        next.sort_by(f64::total_cmp);
+        next.dedup();
     }
     let body = match settings.body {
         ScaledBody::Moving => moving.name(),
         ScaledBody::Reference => reference.name(),
     };
     let mut scores: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-    for (name, finding) in found.values().flatten() {
+    for (name, finding) in tried.iter().flat_map(|tried| &tried.models) {
         scores.entry(name.clone()).or_default().push(score(finding));
     }
-    let tried = found.keys().map(|&index| factors[index]).collect();
-    let taken = |(name, index): (&String, &usize)| Some((name.clone(), found.get_mut(index)?.remove(name)?));
-    let last = factors.len() - 1;
+    let curve = ScaleCurve { body: body.into(), factors: tried.iter().map(|tried| tried.factor).collect(), scores };
+    let ends = [factors.first(), factors.last()];
+    let taken = |(name, &place): (&String, &usize)| Some((name.clone(), tried[place].models.remove(name)?));
     GridFit {
         at_an_end: best
             .iter()
-            .map(|(name, &index)| (name.clone(), last > 0 && (index == 0 || index == last)))
+            .map(|(name, &place)| (name.clone(), factors.len() > 1 && ends.contains(&Some(&curve.factors[place]))))
             .collect(),
-        factors: best.iter().map(|(name, &index)| (name.clone(), of_moving[index])).collect(),
+        factors: best.iter().map(|(name, &place)| (name.clone(), of_moving(curve.factors[place]))).collect(),
         models: best.iter().filter_map(taken).collect(),
-        curve: ScaleCurve { body: body.into(), factors: tried, scores },
+        curve,
     }
 }
 
 /// At which of the scales that were tried each model does best.
-fn best_of_each(found: &BTreeMap<usize, BTreeMap<String, ModelFinding>>, factors: &[f64]) -> BTreeMap<String, usize> {
+fn best_of_each(tried: &[Tried], of_moving: impl Fn(f64) -> f64) -> BTreeMap<String, usize> {
     let mut best: BTreeMap<String, (f64, f64, usize)> = BTreeMap::new();
-    for (&index, models) in found {
+    for (place, Tried { factor, models }) in tried.iter().enumerate() {
         for (name, finding) in models {
-            let this = (rank(finding), (factors[index] - 1.0).abs(), index);
+            let this = (rank(finding), (of_moving(*factor) - 1.0).abs(), place);
             match best.get_mut(name) {
                 Some(best) if (this.0, this.1) < (best.0, best.1) => *best = this,
                 Some(_) => {}
@@ -119,7 +128,39 @@ fn best_of_each(found: &BTreeMap<usize, BTreeMap<String, ModelFinding>>, factors
             }
         }
     }
-    best.into_iter().map(|(name, (_, _, index))| (name, index)).collect()
+    best.into_iter().map(|(name, (_, _, place))| (name, place)).collect()
+}
+
+/// The neighbours in the range of a model's best scale that were not tried yet, if they may be worth it.
+fn beside(tried: &[Tried], name: &str, place: usize, factors: &[f64]) -> Vec<f64> {
+    let Tried { factor, models } = &tried[place];
+    // A likelihood says how far off a scale is, a confidence of next to nothing does not.
+    let finding = &models[name];
+    if score(finding) < WORTH && !finding.as_ref().is_ok_and(|fit| fit.evidence.is_some()) {
+        return Vec::new();
+    }
+    let below = factors.iter().rev().find(|other| *other < factor);
+    let above = factors.iter().find(|other| *other > factor);
+    let known = |factor: f64| tried.iter().any(|tried| tried.factor == factor);
+    [below, above].into_iter().flatten().copied().filter(|factor| !known(*factor)).collect()
+}
+
+/// Where a parabola through a model's misfits at its best scale and beside it has its least, if that would be a better one.
+fn between(tried: &[Tried], name: &str, place: usize) -> Option<f64> {
+    /// By which a misfit must fall, in units of -2 log likelihood: chance moves it by as much.
+    const BETTER: f64 = 1.0;
+    let [left, here, right] = [place.checked_sub(1)?, place, place + 1].map(|place| {
+        let tried = tried.get(place)?;
+        let finding = tried.models.get(name)?;
+        finding.as_ref().ok()?.evidence.is_some().then(|| (tried.factor, rank(finding)))
+    });
+    let ((left, of_left), (here, of_here), (right, of_right)) = (left?, here?, right?);
+    let (below, above) = ((of_here - of_left) / (here - left), (of_right - of_here) / (right - here));
+    let bend = (above - below) / (right - left);
+    let slope = (below * (right - here) + above * (here - left)) / (right - left);
+    let least = here - 0.5 * slope / bend;
+    let better = bend > 0.0 && 0.25 * slope * slope / bend > BETTER;
+    (better && (left..=right).contains(&least) && ![left, here, right].contains(&least)).then_some(least)
 }
 
 fn score(finding: &ModelFinding) -> f64 {
