@@ -171,7 +171,7 @@ fn judge_beside(mechanism: &dyn Mechanism, series: &PoseSeries, rival: &Rival) -
 fn evidence_of(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted, misfit: Option<&Found>) -> Evidence {
     Evidence {
         chi_squared: chi_squared(series, &fitted.residuals),
-        configuration_cost: configuration_cost(mechanism, fitted),
+        configuration_cost: configuration_cost(mechanism, series, fitted),
         departure: misfit.map(Found::evidence),
         ..Evidence::of_poses(mechanism.mobility(), series)
     }
@@ -307,7 +307,7 @@ fn cut<const D: usize>(
 }
 
 /// Price of the positions.
-fn configuration_cost(mechanism: &dyn Mechanism, fitted: &Fitted) -> f64 {
+fn configuration_cost(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &Fitted) -> f64 {
     /// A turn from which angles are compared on the circle, as rotations are, radians.
     const FULL: f64 = 6.0;
     let mut positions: Vec<Vector3<f64>> = fitted.positions.iter().map(|q| mechanism.spread_coordinates(q)).collect();
@@ -328,7 +328,12 @@ fn configuration_cost(mechanism: &dyn Mechanism, fitted: &Fitted) -> f64 {
             let (q, noise) = cut::<2>(&positions, &fitted.position_noise);
             random_effect::cost(&q, &noise)
         }
-        _ => random_effect::cost(&positions, &fitted.position_noise),
+        _ => {
+            let cost = random_effect::cost(&positions, &fitted.position_noise);
+            let of_choice = 2.0 * observations(series).ln() * series.correlation_time();
+            let otherwise = mechanism.told_otherwise(&positions, &fitted.position_noise);
+            otherwise.map_or(cost, |other| cost.min(random_effect::cost(&other.positions, &other.noise) + of_choice))
+        }
     }
 }
 

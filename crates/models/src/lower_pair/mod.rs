@@ -82,7 +82,7 @@ pub use universal::Universal;
 use std::fmt::Debug;
 
 use jointscope_motion::{Pose, PoseSeries, twist::Twist};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Parts of every fit of a mechanism.
 const MISFIT: [&str; 5] = ["misfit_distance", "misfit_angle", "sweep", "departure", "chi_squared_per_freedom"];
@@ -189,6 +189,21 @@ pub trait Mechanism: Debug {
     fn spread_coordinates(&self, q: &Vector3<f64>) -> Vector3<f64> {
         *q
     }
+
+    /// By which positions may be told otherwise such that they spread less, a slide as that of another place of the body
+    /// say; `None` if there is but one way. The choice is one of two parameters more.
+    fn told_otherwise(&self, _positions: &[Vector3<f64>], _noise: &[Matrix3<f64>]) -> Option<Otherwise> {
+        None
+    }
+}
+
+/// Positions of the same motion, told otherwise, and their covariances.
+#[derive(Debug, Clone)]
+pub struct Otherwise {
+    /// Of every frame.
+    pub positions: Vec<Vector3<f64>>,
+    /// Of the positions in every frame.
+    pub noise: Vec<Matrix3<f64>>,
 }
 
 /// The turn of a motion about z, radians, unwrapped to be near the one before.

@@ -1,11 +1,11 @@
 //! `planar`: slides and turns in a plane.
 
 use jointscope_motion::{Pose, PoseSeries, RelativeMotion, twist::Twist};
-use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Complex, Matrix3, UnitQuaternion, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Geometry, Mechanism, Mobility, Placement, judge, misfit_and, starts, turn_about_z};
+use super::{Geometry, Mechanism, Mobility, Otherwise, Placement, judge, misfit_and, starts, turn_about_z};
 use crate::{FitError, JointFit, JointModel, joint_model, point_path};
 
 /// Planar joint: translation in a plane and rotation about its normal.
@@ -51,6 +51,31 @@ impl Mechanism for Planar {
 
     fn starts(&self, series: &PoseSeries) -> Vec<Placement> {
         starts::across_the_plane(series)
+    }
+
+    /// Slides of the place of the body that goes around least: of a body that turns on a far arm, the arm's other end.
+    fn told_otherwise(&self, positions: &[Vector3<f64>], noise: &[Matrix3<f64>]) -> Option<Otherwise> {
+        let count = positions.len() as f64;
+        let (place, turned) = (|q: &Vector3<f64>| Complex::new(q.y, q.z), |q: &Vector3<f64>| Complex::cis(q.x));
+        let mean = positions.iter().map(place).sum::<Complex<f64>>() / count;
+        let usual = positions.iter().map(turned).sum::<Complex<f64>>() / count;
+        let along = |q: &Vector3<f64>| (turned(q) - usual).conj() * (place(q) - mean);
+        let square = positions.iter().map(|q| (turned(q) - usual).norm_sqr()).sum::<f64>();
+        if square <= noise.iter().map(|noise| noise[(0, 0)]).sum::<f64>() {
+            return None;
+        }
+        let arm = -positions.iter().map(along).sum::<Complex<f64>>() / square;
+        let to_there = |q: &Vector3<f64>| turned(q) * arm;
+        let moved = |q: &Vector3<f64>| q + Vector3::new(0.0, to_there(q).re, to_there(q).im);
+        let carried = |(q, noise): (&Vector3<f64>, &Matrix3<f64>)| {
+            let arm = to_there(q);
+            let by_turn = Matrix3::new(1.0, 0.0, 0.0, -arm.im, 1.0, 0.0, arm.re, 0.0, 1.0);
+            by_turn * noise * by_turn.transpose()
+        };
+        Some(Otherwise {
+            positions: positions.iter().map(moved).collect(),
+            noise: positions.iter().zip(noise).map(carried).collect(),
+        })
     }
 }
 
