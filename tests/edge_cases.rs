@@ -287,6 +287,22 @@ fn a_body_that_is_carried_around_without_turning_is_on_no_far_cylinder() {
     }
 }
 
+/// Its centre goes along an arc, as on a sphere about any point above the arm's end.
+#[test]
+fn a_body_that_turns_in_a_plane_on_a_far_arm_is_on_no_far_sphere() {
+    let (mut planes, mut determined) = (0, 0);
+    for seed in 1..=8 {
+        let options = SceneOptions { axis_distance: Some(3.0), seed, ..SceneOptions::default() };
+        let pair = DETECTOR.detect(simulate("planar", &options).expect("a scene").recording, None).expect("two bodies");
+        let pair = &pair.pairs[0];
+        let plane = pair.verdict.joint == "planar";
+        assert!(plane || !pair.determined, "{seed}: {} {}", pair.verdict.joint, notes(pair));
+        planes += usize::from(plane);
+        determined += usize::from(pair.determined);
+    }
+    assert!(planes >= 7 && determined >= 4, "{planes} planes, {determined} determined");
+}
+
 #[test]
 fn a_noise_that_is_clearly_too_small_is_remarked_on() {
     let recording = simulate("revolute", &SceneOptions::default()).expect("a scene").recording;

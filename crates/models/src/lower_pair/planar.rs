@@ -97,3 +97,33 @@ impl JointModel for Planar {
         &ALL
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slides_may_be_those_of_the_place_about_which_the_body_turns() {
+        let arm = Complex::new(2.0, -1.0);
+        let (turns, noise) = ([-0.3, 0.1, 0.4, 0.9], Matrix3::new(4e-6, 1e-6, 0.0, 1e-6, 9e-6, 2e-6, 0.0, 2e-6, 5e-6));
+        let around = |turn: &f64| Complex::cis(*turn) * arm + Complex::new(5.0, 3.0);
+        let positions = turns.map(|turn| Vector3::new(turn, around(&turn).re, around(&turn).im));
+        let other = Planar {}.told_otherwise(&positions, &[noise; 4]).expect("it turns");
+        for (told, turn) in other.positions.iter().zip(turns) {
+            assert!((told - Vector3::new(turn, 5.0, 3.0)).norm() < 1e-12, "{told}");
+        }
+        for (told, turn) in other.noise.iter().zip(turns) {
+            // A place this far away is known worse by the noise of the turn, but nothing is known less.
+            let by_turn = Complex::cis(turn) * arm;
+            let across = 9e-6 + 2.0 * 1e-6 * by_turn.im + 4e-6 * by_turn.im.powi(2);
+            assert!((told[(1, 1)] - across).abs() < 1e-12, "{} {across}", told[(1, 1)]);
+            assert!((told.determinant() / noise.determinant() - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_body_that_does_not_turn_has_no_other_place() {
+        let positions = [0.0, 0.1, 0.3].map(|x| Vector3::new(0.001 * x, x, 0.0));
+        assert!(Planar {}.told_otherwise(&positions, &[Matrix3::identity() * 1e-4; 3]).is_none());
+    }
+}
