@@ -304,6 +304,20 @@ fn a_body_that_turns_in_a_plane_on_a_far_arm_is_on_no_far_sphere() {
 }
 
 #[test]
+fn a_registration_that_poses_next_to_none_of_the_frames_determines_nothing() {
+    let options =
+        SceneOptions { frames: Some(3000), features: Some(20), dropout: Some(0.85), ..SceneOptions::default() };
+    let recording = simulate("revolute", &options).expect("a scene").recording;
+    let thesis = include_str!("../configs/thesis.toml");
+    for (registration, poses) in [("first", false), ("shape", true)] {
+        let configuration = thesis.replace("\"chained\"", &format!("\"{registration}\""));
+        let pair = &detector(&configuration).detect(recording.clone(), None).expect("bodies").pairs[0];
+        assert_eq!(notes(pair).contains("with three features or more are posed"), !poses, "{}", notes(pair));
+        assert!(poses || !pair.determined, "{registration}: {} {}", pair.verdict.joint, notes(pair));
+    }
+}
+
+#[test]
 fn a_noise_that_is_clearly_too_small_is_remarked_on() {
     let recording = simulate("revolute", &SceneOptions::default()).expect("a scene").recording;
     for (noise, remarked) in [("0.0003", true), ("0.003", false), ("'estimate'", false)] {

@@ -55,7 +55,8 @@ impl<'r> Watched<'r> {
             )
         });
         let absurd = of_points.then(|| absurd_noise(&motion, settings.noise)).flatten();
-        let doubt = absurd.or(doubt).or(few).or(restless);
+        let hardly = of_points.then(|| hardly_posed(&motion, settings.registration)).flatten();
+        let doubt = absurd.or(doubt).or(few).or(restless).or(hardly);
         Self { motion, depth_gain, notes, doubt }
     }
 }
@@ -115,6 +116,25 @@ fn not_rigid(motion: &BodyMotion<'_>) -> Option<String> {
              depth (`depth_gain`), it is more than one body (`inspect --suggest-bodies`), or soft, as skin is",
             motion.name(),
             1e3 * distance
+        )
+    })
+}
+
+/// Says so if a registration poses next to none of the frames that others would.
+fn hardly_posed(motion: &BodyMotion<'_>, registration: Registration) -> Option<String> {
+    /// One in so many frames.
+    const FEW: usize = 10;
+    if registration == Registration::Shape {
+        return None;
+    }
+    let tracks = motion.tracks();
+    let shown = (0..tracks.frames()).filter(|&frame| tracks.seen_count(frame) >= 3).count();
+    let posed = motion.poses().iter().flatten().count();
+    (0 < posed && posed * FEW < shown).then(|| {
+        format!(
+            "{}: {posed} of {shown} frames with three features or more are posed, those that share three with the one \
+             to which they are registered; `registration = \"shape\"` under [motion] poses more",
+            motion.name()
         )
     })
 }
