@@ -13,6 +13,8 @@ const LINE: f64 = 0.08;
 const LINES: u8 = 12;
 /// Those of a chart's words.
 const LETTERS: Lettering = Lettering::of(10.5);
+/// Scales from which on nobody needs to see which were tried.
+const DOTTED: usize = 60;
 /// Score that is worth a word.
 const NAMED: f64 = 0.05;
 
@@ -34,7 +36,11 @@ pub(super) fn scores(pair: &PairDetection) -> Option<String> {
         let found = *name == pair.verdict.joint;
         let (line, ink) = if found { (AXIS, INK) } else { (FAINT, FAINT) };
         let points = curve.factors.iter().zip(scores).map(|(factor, score)| [*factor, *score]);
-        chart.line(points.clone().map(Some), line, if found { 1.0 } else { 0.75 });
+        let opacity = if found { 1.0 } else { 0.75 };
+        chart.line(points.clone().map(Some), line, opacity);
+        if curve.factors.len() < DOTTED {
+            chart.dots(points.clone(), 1.8, line, opacity);
+        }
         let peak = points.fold([0.0, 0.0], |peak, point| if point[1] > peak[1] { point } else { peak });
         if peak[1] > NAMED {
             // Peaks that meet keep their words apart, one below the other or above; where there is no room, none is.
