@@ -40,7 +40,7 @@ pub(crate) fn measure(document: &mut Document) {
             3.0,
             "×",
             measured,
-            "trajectories that nobody keeps are placed anew for every look at all of them, four times; registration visits both bodies",
+            "trajectories that nobody keeps are placed anew for every look at all of them, three times; registration visits both bodies",
         );
     }
     match peak {
