@@ -54,7 +54,10 @@ impl BodyMotion<'_> {
             maps: OnceLock::new(),
             posed: self.posed.clone(),
             always_seen: self.always_seen.clone(),
-            start_covariance: self.start_covariance.as_ref().map(|covariance| carried(covariance, factor)),
+            start_covariance: self
+                .start_covariance
+                .as_ref()
+                .map(|covariance| covariance.component_mul(&of_twists(factor))),
         }
     }
 }
@@ -152,7 +155,8 @@ impl Grows for Vec<Option<Pose>> {
 
 impl Grows for Vec<Matrix6<f64>> {
     fn larger(&self, factor: f64) -> Self {
-        self.iter().map(|covariance| carried(covariance, factor)).collect()
+        let larger = of_twists(factor);
+        self.iter().map(|covariance| covariance.component_mul(&larger)).collect()
     }
 }
 
@@ -185,8 +189,8 @@ impl Grows for Mended {
     }
 }
 
-/// A covariance of twists where positions are multiplied.
-fn carried(covariance: &Matrix6<f64>, factor: f64) -> Matrix6<f64> {
+/// By which covariances of twists are multiplied, element by element, where positions are by a factor.
+fn of_twists(factor: f64) -> Matrix6<f64> {
     let units = Vector6::new(1.0, 1.0, 1.0, factor, factor, factor);
-    covariance.component_mul(&(units * units.transpose()))
+    units * units.transpose()
 }
