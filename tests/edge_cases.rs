@@ -303,6 +303,34 @@ fn a_body_that_turns_in_a_plane_on_a_far_arm_is_on_no_far_sphere() {
     assert!(planes >= 7 && determined >= 4, "{planes} planes, {determined} determined");
 }
 
+/// The noise of the first frame enters every pose in a way of its own where each shows other features.
+#[test]
+fn registration_to_the_first_frame_knows_what_missing_samples_do_to_its_poses() {
+    let detector = detector("[motion]\nregistration = 'first'\n");
+    for joint in ["rigid", "prismatic", "revolute", "disconnected"] {
+        for (dropout, seed) in [(0.3, 1), (0.3, 2), (0.6, 1), (0.6, 2)] {
+            let options = SceneOptions { dropout: Some(dropout), noise: Some(0.003), seed, ..SceneOptions::default() };
+            let recording = simulate(joint, &options).expect("a scene").recording;
+            let pair = &detector.detect(recording, None).expect("two bodies").pairs[0];
+            assert_eq!(pair.verdict.joint, joint, "{dropout} {seed}: {}", notes(pair));
+        }
+    }
+}
+
+#[test]
+fn a_feature_that_is_another_by_another_name_is_said_so_and_determines_nothing() {
+    let recording = simulate("revolute", &SceneOptions::default()).expect("a scene").recording;
+    let Observation::Points { tracks, .. } = recording.bodies()[1].observation() else { panic!("points") };
+    let features = tracks.features();
+    let twice = (0..tracks.frames()).flat_map(|frame| [tracks.frame(frame), &tracks.frame(frame)[2..3]].concat());
+    let labels = (0..=features).map(|feature| format!("f{feature}")).collect();
+    let tracks = Tracks::new(features + 1, twice.collect()).expect("whole frames");
+    let part = Body::from_points("part", labels, tracks).expect("a body");
+    let pair = detect(vec![recording.bodies()[0].clone(), part]);
+    let told = notes(&pair);
+    assert!(told.contains(&format!("`f{features}` is always exactly where `f2` is")) && !pair.determined, "{told}");
+}
+
 #[test]
 fn a_registration_that_poses_next_to_none_of_the_frames_determines_nothing() {
     let options =

@@ -20,10 +20,12 @@ use one_camera::{moves_without_poses, registered, repaired, shows_scale};
 
 use crate::configuration::NamedModel;
 use crate::pairs::{Pair, WORLD, chosen, names_of};
-use crate::remarks::{UNSOUGHT, beyond_the_range, doubts, leapt, richer_note, scale_note, told_by};
+use crate::remarks::{UNSOUGHT, beyond_the_range, connected_beyond, doubts, leapt, richer_note, scale_note, told_by};
 use crate::scale::{Belief, factors, over_the_grid, rescale, shown_at, stand_in};
 use crate::watched::Watched;
-use crate::{Configuration, Detection, DetectionError, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure};
+use crate::{
+    Configuration, Detection, DetectionError, JointKind, ModelFinding, PairDetection, PairScale, ScaleSearch, Structure,
+};
 
 /// Distance of the poses from their mean, in standard deviations, below which frames are merged to see a motion.
 const FAINT: f64 = 4.0;
@@ -308,6 +310,11 @@ impl Detector {
             }
         }
         pair.verdict = verdict;
+        if search.tries_scales() && shows_scale(motion) && pair.kind() == JointKind::Disconnected {
+            let beyond = self.found_beyond(motion, &pair.verdict);
+            pair.determined &= beyond.is_none();
+            pair.notes.extend(beyond.map(|(joint, factor)| connected_beyond(&joint, factor)));
+        }
         let winner = estimates.get(&pair.verdict.joint).copied();
         let winner = match search {
             ScaleSearch::Grid | ScaleSearch::Moments => factors

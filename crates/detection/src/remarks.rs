@@ -55,6 +55,14 @@ pub(crate) fn beyond_the_range(verdict: &Verdict) -> String {
     )
 }
 
+/// Said where no joint connects a pair at the scales that were tried, but one does at another.
+pub(crate) fn connected_beyond(joint: &str, factor: f64) -> String {
+    format!(
+        "`{joint}` fits at {factor:.3}, which is beyond the scales that were tried: give a wider range, `from` and `to` under \
+         [scale]"
+    )
+}
+
 /// Tells the scale that was found, or that none shows.
 pub(crate) fn scale_note(pair: &PairDetection) -> Option<String> {
     let scale = pair.scale.as_ref().filter(|_| !pair.notes.iter().any(|note| note == UNSOUGHT))?;

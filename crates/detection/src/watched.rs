@@ -56,7 +56,8 @@ impl<'r> Watched<'r> {
         });
         let absurd = of_points.then(|| absurd_noise(&motion, settings.noise)).flatten();
         let hardly = of_points.then(|| hardly_posed(&motion, settings.registration)).flatten();
-        let doubt = absurd.or(doubt).or(few).or(restless).or(hardly);
+        let repeated = of_points.then(|| repeated(&motion, labels)).flatten();
+        let doubt = absurd.or(doubt).or(few).or(restless).or(hardly).or(repeated);
         Self { motion, depth_gain, notes, doubt }
     }
 }
@@ -137,6 +138,27 @@ fn hardly_posed(motion: &BodyMotion<'_>, registration: Registration) -> Option<S
             motion.name()
         )
     })
+}
+
+/// Says so if a feature is another one by another name: its noise is no news of the body.
+fn repeated(motion: &BodyMotion<'_>, labels: &[String]) -> Option<String> {
+    let tracks = motion.tracks();
+    let alike = |one: usize, other: usize| {
+        let mut pairs = (0..tracks.frames()).map(|frame| (tracks.get(frame, one), tracks.get(frame, other)));
+        pairs.all(|(one, other)| one == other)
+    };
+    let seen = |feature: usize| (0..tracks.frames()).any(|frame| tracks.is_visible(frame, feature));
+    let before = |other: usize| (0..other).find(|&one| alike(one, other)).map(|one| [one, other]);
+    let repeats: Vec<[usize; 2]> = (0..tracks.features()).filter_map(before).filter(|[one, _]| seen(*one)).collect();
+    let [one, other] = repeats.first()?.map(|feature| labels.get(feature));
+    let others = if repeats.len() > 1 { format!(", and {} more", repeats.len() - 1) } else { String::new() };
+    Some(format!(
+        "{}: feature `{}` is always exactly where `{}` is{others}: repeated features hide how large their noise is, leave \
+         them out",
+        motion.name(),
+        other?,
+        one?
+    ))
 }
 
 /// Says so if samples of a body are wild that shows too few features to tell which.

@@ -143,7 +143,7 @@ impl<'r> BodyMotion<'r> {
             }
             Registration::Chained => chained(tracks).map(alone),
             Registration::First => {
-                settled::first(tracks).map(|(poses, settled)| (Registered::plain(tracks, poses), Some(settled)))
+                settled::first(tracks).map(|(poses, settled)| (Registered::to_the_first(tracks, poses), Some(settled)))
             }
         };
         Self::of_points_registered(name, tracks, registered, settings)

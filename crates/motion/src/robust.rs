@@ -52,12 +52,27 @@ pub(crate) struct Registered {
     pub(crate) strays: Vec<usize>,
     /// Number of samples of the other features that were left out.
     pub(crate) wild: usize,
+    /// Whether the noise of the one frame to which all are registered enters every pose in a way of its own, because not
+    /// all show the same features.
+    pub(crate) to_noise: bool,
 }
 
 impl Registered {
     /// Poses found otherwise, in which every sample took part. The shape is not known yet.
     pub(crate) fn plain(tracks: &Tracks, poses: Vec<Option<Pose>>) -> Self {
-        Self { poses, shape: vec![None; tracks.features()], used: None, strays: Vec::new(), wild: 0 }
+        Self { poses, shape: vec![None; tracks.features()], used: None, strays: Vec::new(), wild: 0, to_noise: false }
+    }
+
+    /// Poses found by registration to the first of them: features that it does not show took no part.
+    pub(crate) fn to_the_first(tracks: &Tracks, poses: Vec<Option<Pose>>) -> Self {
+        let plain = Self::plain(tracks, poses);
+        let Some(start) = plain.poses.iter().position(Option::is_some) else { return plain };
+        let all = |frame| tracks.seen_count(frame) == tracks.features();
+        if (0..tracks.frames()).all(all) {
+            return plain;
+        }
+        let of_frame = |_| (0..tracks.features()).map(|feature| tracks.is_visible(start, feature));
+        Self { used: Some((0..tracks.frames()).flat_map(of_frame).collect()), to_noise: true, ..plain }
     }
 
     /// Whether a sample that is seen took part.
@@ -397,6 +412,6 @@ impl<'t> State<'t> {
         let wild = self.judged().filter(|&(frame, f)| !self.strays[f] && !used[frame * features + f]).count();
         let strays: Vec<usize> = (0..features).filter(|&feature| self.strays[feature]).collect();
         rebase(&mut self.poses, &mut self.shape);
-        Registered { poses: self.poses, shape: self.shape, used: Some(used), strays, wild }
+        Registered { poses: self.poses, shape: self.shape, used: Some(used), strays, wild, to_noise: false }
     }
 }

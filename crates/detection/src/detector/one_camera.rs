@@ -1,17 +1,19 @@
 //! What a single camera did to scales and depths, sought and undone.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use jointscope_motion::{
     Body, BodyMotion, FrameByFrame, MotionSettings, Recording, RelativeMotion, Undone, linear_scales,
 };
+use jointscope_scoring::Verdict;
 use rayon::prelude::*;
 
-use super::Detector;
-use crate::PairDetection;
+use super::{Detector, Views};
 use crate::pairs::Pair;
 use crate::scale::{Belief, Estimate, Shown, agree, estimate};
 use crate::watched::Watched;
+use crate::{PairDetection, ScaledBody};
 
 impl Detector {
     /// How far scales usually are from 1.
@@ -26,6 +28,32 @@ impl Detector {
         models
             .filter_map(|named| Some((named.name.clone(), estimate(&*named.model, motion, &starts, belief)?)))
             .collect()
+    }
+
+    /// What would connect a pair at a scale beyond those that were tried, and by what the body is multiplied there.
+    pub(super) fn found_beyond(&self, motion: &RelativeMotion<'_>, verdict: &Verdict) -> Option<(String, f64)> {
+        /// Scales that settings allow.
+        const SENSIBLE: RangeInclusive<f64> = 0.05..=20.0;
+        /// As wide as those are.
+        const ANYWHERE: Belief = Belief { mean: 0.0, deviation: 1.0 };
+        let settings = &self.configuration.scale;
+        let tried = settings.factors();
+        let tried = *tried.first()?..=*tried.last()?;
+        let fitted = self.scales(motion, ANYWHERE).into_values().filter(Estimate::is_observable);
+        let scales = linear_scales(motion.reference(), motion.moving()).into_iter();
+        scales.chain(fitted.map(|estimate| estimate.factor())).find_map(|scale| {
+            let factor = match settings.body {
+                ScaledBody::Moving => scale,
+                ScaledBody::Reference => 1.0 / scale,
+            };
+            if tried.contains(&factor) || !SENSIBLE.contains(&factor) {
+                return None;
+            }
+            let scaled = motion.moving().scaled(scale);
+            let there = motion.rescaled(motion.reference(), &scaled).ok()?;
+            let found = self.conclude(&self.fits(&Views::of(there))).joint;
+            (found != verdict.joint).then_some((found, factor))
+        })
     }
 
     /// Lets all pairs agree on the scales of the bodies: what the others show of a pair is what is known of it

@@ -1,5 +1,6 @@
 //! How well the poses of a body are known.
 
+use std::f64::consts::SQRT_2;
 use std::sync::OnceLock;
 
 use nalgebra::Matrix6;
@@ -35,7 +36,10 @@ impl BodyMotion<'_> {
             .line
             .as_ref()
             .map_or((self.found_poses(registered), &registered.shape), |line| (&line.poses, &line.shape));
-        of_registered(&self.tracks, poses, shape, used, self.sound_spread(), &centre)
+        let Spread { across, along } = self.sound_spread();
+        let times = if registered.to_noise { SQRT_2 } else { 1.0 };
+        let spread = Spread { across: times * across, along: times * along };
+        of_registered(&self.tracks, poses, shape, used, spread, &centre)
     }
 
     /// The same body with poses that are less certain: by as much as another registration of it puts them elsewhere,
