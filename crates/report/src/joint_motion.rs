@@ -2,7 +2,7 @@
 
 use jointscope_detection::{Detection, JointKind, PairDetection};
 use jointscope_models::{Axis, lower_pair::turn_about_z};
-use jointscope_motion::{Pose, twist};
+use jointscope_motion::{Pose, scaled_pose, twist};
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 /// Rounds in which home pose and positions settle on each other.
@@ -26,6 +26,12 @@ pub(crate) struct JointMotion {
     pub(crate) positions: Vec<Option<Vec<f64>>>,
 }
 
+/// By what a pair's moving body is multiplied where every pair has a scale of its own, so that only what is told of the pair
+/// can show it; else 1.
+pub(crate) fn own_scale(detection: &Detection, pair: &PairDetection) -> f64 {
+    pair.scale.as_ref().filter(|_| detection.scales.is_none()).and_then(|scale| scale.factor).unwrap_or(1.0)
+}
+
 impl JointMotion {
     /// The joint of a pair; `None` where nothing connects the bodies.
     pub(crate) fn of(detection: &Detection, pair: &PairDetection) -> Option<Self> {
@@ -34,9 +40,12 @@ impl JointMotion {
             let index = detection.bodies.iter().position(|body| body == name);
             index.map_or(&[][..], |index| &detection.poses[index])
         };
-        let measured = relative(poses(&pair.reference), poses(&pair.moving));
+        let factor = own_scale(detection, pair);
+        let larger = |pose: &Option<Pose>| pose.as_ref().map(|pose| scaled_pose(pose, factor));
+        let moving: Vec<Option<Pose>> = poses(&pair.moving).iter().map(larger).collect();
+        let measured = relative(poses(&pair.reference), &moving);
         let axis = pair.axis.unwrap_or(Axis { point: Point3::origin(), direction: None, pitch: None });
-        let lever = pair.axis_in_moving.map_or(Point3::origin(), |axis| axis.point);
+        let lever = pair.axis_in_moving.map_or(Point3::origin(), |axis| axis.point * factor);
         let mut joint = Self { kind, axis, home: measured.iter().flatten().next().copied(), positions: Vec::new() };
         let told = |freedoms: usize| {
             let rows = pair.positions.as_ref().filter(|positions| positions.freedoms() == freedoms)?;

@@ -5,7 +5,7 @@ use jointscope_models::Axis;
 use jointscope_motion::{Body, Observation, Pose, Recording, scaled_pose};
 use nalgebra::{Point3, Vector3, distance};
 
-use crate::joint_motion::{JointMotion, median};
+use crate::joint_motion::{JointMotion, median, own_scale};
 
 /// Metres from a tracked pose's origin at which virtual features of its body are drawn.
 const VIRTUAL_RADIUS: f64 = 0.1;
@@ -36,9 +36,8 @@ impl PairView {
         let posed = |body: usize| detection.poses[body].iter().any(Option::is_some);
         let swapped = !posed(reference) && posed(moving);
         let (viewer, seen) = if swapped { (moving, reference) } else { (reference, moving) };
-        // Where every pair has a scale of its own, only pictures of the pair can show it.
-        let own = pair.scale.as_ref().filter(|_| detection.scales.is_none()).and_then(|scale| scale.factor);
-        let at_scale = |body: usize| own.filter(|_| body == moving).unwrap_or(1.0);
+        let own = own_scale(detection, pair);
+        let at_scale = |body: usize| if body == moving { own } else { 1.0 };
         let posed_at_scale = |body: usize| -> Vec<Option<Pose>> {
             let larger = |pose: &Option<Pose>| pose.as_ref().map(|pose| scaled_pose(pose, at_scale(body)));
             detection.poses[body].iter().map(larger).collect()

@@ -102,7 +102,13 @@ fn in_the_tube(view: &PairView, colour: &str, most: usize) -> Option<Chart> {
 /// Every feature's way in its plane, and off it.
 fn at_the_plane(view: &PairView, normal: &Unit<Vector3<f64>>, colour: &str, most: usize) -> Chart {
     let (tolerance, room) = tolerance(view);
-    let ways = PairView::thinned(&centred(&view.trajectories), most);
+    // The middle of a way that bends in a plane lies off it, coordinate by coordinate.
+    let level = |way: Trajectory| -> Trajectory {
+        let off = median(way.iter().map(|(_, point)| point.coords.dot(normal)).collect());
+        way.into_iter().map(|(frame, point)| (frame, point - normal.into_inner() * off)).collect()
+    };
+    let ways: Vec<Trajectory> = centred(&view.trajectories).into_iter().map(level).collect();
+    let ways = PairView::thinned(&ways, most);
     let main = spread(ways.iter().flatten().map(|(_, point)| point));
     let (factor, name) = unit(reach(ways.iter().flatten().map(|(_, point)| point)));
     let at = |point: &Point3<f64>| [factor * point.coords.dot(&main.column(0)), 1e3 * point.coords.dot(normal)];

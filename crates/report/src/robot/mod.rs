@@ -14,7 +14,7 @@ pub use urdf::to_urdf;
 
 use crate::{
     Report,
-    joint_motion::{JointMotion, relative},
+    joint_motion::{JointMotion, own_scale, relative},
     pair_view::{middle, places, reach, seen_from},
     picture::style::colours,
     printable,
@@ -83,7 +83,7 @@ impl Robot {
         let mut robot = Self { links: Vec::new(), joints: Vec::new() };
         let mut names = BTreeSet::new();
         let base = unique(&printable(&report.detection.bodies[structure.base]), &mut names);
-        robot.links.push(link(report, base, structure.base, Pose::identity()));
+        robot.links.push(link(report, base, structure.base, Pose::identity(), 1.0));
         // The joint of every pair, for those that follow it.
         let mut joint_of_pair: Vec<(usize, usize)> = Vec::new();
         for branch in &structure.branches {
@@ -119,7 +119,7 @@ impl Robot {
                 mimic: None,
                 positions: Vec::new(),
             });
-            self.links.push(link(report, name, branch.child, Pose::identity()));
+            self.links.push(link(report, name, branch.child, Pose::identity(), 1.0));
             return;
         };
         let stages = placed.stages();
@@ -143,7 +143,7 @@ impl Robot {
             });
             on = self.links.len();
             self.links.push(if number == last {
-                link(report, name.clone(), branch.child, placed.child_from_joint)
+                link(report, name.clone(), branch.child, placed.child_from_joint, placed.factor)
             } else {
                 Link {
                     name: unique(&format!("{name}.{}", stage.word), names),
@@ -167,6 +167,8 @@ struct Placed {
     motions: Vec<Option<Pose>>,
     /// Of a joint with one freedom.
     positions: Vec<Option<f64>>,
+    /// By which the child is multiplied to be in the parent's scale.
+    factor: f64,
 }
 
 /// A freedom of a joint.
@@ -202,6 +204,7 @@ impl Placed {
             child_from_joint,
             motions: joint.positions.iter().map(own).collect(),
             positions: joint.positions.iter().map(one).collect(),
+            factor: if reversed { 1.0 } else { own_scale(detection, pair) },
         })
     }
 
@@ -317,8 +320,8 @@ fn bounds(report: &Report<'_>, stage: &Stage) -> (Option<[f64; 2]>, Option<f64>)
     ((!all_round).then_some([least, most]), speed)
 }
 
-/// A body as a link, with its features where most frames see them.
-fn link(report: &Report<'_>, name: String, body: usize, place: Pose) -> Link {
+/// A body as a link, with its features where most frames see them, multiplied by a factor.
+fn link(report: &Report<'_>, name: String, body: usize, place: Pose, factor: f64) -> Link {
     let detection = report.detection;
     let poses = &detection.poses[body];
     let recorded = report.recording.bodies().iter().find(|recorded| recorded.name() == detection.bodies[body]);
@@ -331,7 +334,7 @@ fn link(report: &Report<'_>, name: String, body: usize, place: Pose) -> Link {
     };
     let seen: Vec<_> = own.iter().filter(|way| !way.is_empty()).collect();
     let features: Vec<Point3<f64>> =
-        evenly(seen.len(), SHOWN).into_iter().map(|way| place.inverse() * middle(seen[way])).collect();
+        evenly(seen.len(), SHOWN).into_iter().map(|way| place.inverse() * (middle(seen[way]) * factor)).collect();
     let radius = (0.05 * reach(features.iter())).max(0.003);
     Link { name, body: Some(body), features, radius, colour: colours(detection)[body], place }
 }

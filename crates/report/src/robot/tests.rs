@@ -32,13 +32,19 @@ fn translation(by: Vector3<f64>) -> Pose {
 /// Root mean square distance, per coordinate, of all features from where the robot has them when it takes the
 /// recording's positions.
 fn departure(scene: &str, options: &SceneOptions) -> f64 {
+    departure_by("", scene, options)
+}
+
+/// The same by a configuration, of a moving body that is multiplied by what its pair with the base tells.
+fn departure_by(configuration: &str, scene: &str, options: &SceneOptions) -> f64 {
     let recording = simulate(scene, options).expect("a scene").recording;
-    let configuration = Configuration::parse("", &Catalog::linked().expect("unique names")).expect("valid");
+    let configuration = Configuration::parse(configuration, &Catalog::linked().expect("unique names")).expect("valid");
     let detection = Detector::new(configuration).detect(recording.clone(), None).expect("bodies");
     let robot = Robot::of(&Report { detection: &detection, recording: &recording, settings: "" });
     let (mut sum, mut count) = (0.0, 0.0);
     for (index, link) in robot.links.iter().enumerate() {
         let Some(body) = link.body else { continue };
+        let factor = if body == 1 { own_scale(&detection, &detection.pairs[0]) } else { 1.0 };
         let ways = places(&recording.bodies()[body], &detection.poses[body]);
         let shape: Vec<Point3<f64>> = seen_from(&detection.poses[body], &ways).iter().map(middle).collect();
         for frame in 0..detection.frames {
@@ -49,8 +55,8 @@ fn departure(scene: &str, options: &SceneOptions) -> f64 {
             let recording_from_link = recording_from_root * robot.links[root].place * pose;
             for (way, place) in ways.iter().zip(&shape) {
                 let Some((_, seen)) = way.iter().find(|(at, _)| *at == frame) else { continue };
-                let told = recording_from_link * (link.place.inverse() * place);
-                sum += (told - seen).norm_squared();
+                let told = recording_from_link * (link.place.inverse() * (place * factor));
+                sum += (told - seen * factor).norm_squared();
                 count += 3.0;
             }
         }
@@ -100,5 +106,15 @@ fn three_turns_make_any_rotation() {
             made * UnitQuaternion::from_axis_angle(&axis, angle)
         });
         assert!(made.angle_to(&rotation) < 1e-9);
+    }
+}
+
+#[test]
+fn robots_of_bodies_at_scales_of_their_own_are_in_the_scale_of_the_base() {
+    const NOISE: f64 = 0.002;
+    for scene in ["prismatic", "revolute", "planar", "spherical"] {
+        let options = SceneOptions { noise: Some(NOISE), scale: Some(1.12), seed: 4, ..SceneOptions::default() };
+        let off = departure_by("[scale]\nsearch = 'moments'\n", scene, &options);
+        assert!(off < 2.0 * NOISE, "{scene}: {:.2} mm", 1e3 * off);
     }
 }
