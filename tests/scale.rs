@@ -263,6 +263,7 @@ fn scales_between_those_of_the_grid_are_tried_where_noise_is_less_than_a_step() 
                 "{noise} {search}: {:?}",
                 pair.notes
             );
+            // Noise in metres, of bodies 1.5 m away; without it, parabolas end where the misfit may fall by 1.
             let off = pair.scale.and_then(|scale| scale.factor).expect("shown") * 0.94 - 1.0;
             assert!(off.abs() < 1e-5 + 0.4 * noise, "{joint} {noise} {search}: off by {off:.6}");
         }
@@ -284,6 +285,7 @@ fn no_joint_within_a_range_of_scales_is_not_determined_where_one_fits_beyond() {
             let beyond = format!("`{joint}` fits at ");
             let told = pair.notes.iter().find_map(|note| note.strip_prefix(&beyond)?.split_once(','));
             let factor = told.map(|(factor, _)| factor.parse::<f64>().expect("a number"));
+            // Scales that linear estimates begin with are drawn towards 0 by noise.
             let near = factor.is_some_and(|factor| (factor * seen_at - 1.0).abs() < 0.02);
             assert!(near && !pair.determined, "{joint} {search}: {} {:?}", pair.verdict.joint, pair.notes);
         }

@@ -289,6 +289,7 @@ impl Detector {
         let mut doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models, taking);
         doubts.extend(ends_there.then(|| beyond_the_range(&verdict)));
         if search != ScaleSearch::None && moves_without_poses(motion) {
+            pair.scale = None;
             doubts.push(UNSOUGHT.into());
         }
         pair.determined = doubts.is_empty();
@@ -311,7 +312,7 @@ impl Detector {
         }
         pair.verdict = verdict;
         if search.tries_scales() && shows_scale(motion) && pair.kind() == JointKind::Disconnected {
-            let beyond = self.found_beyond(motion, &pair.verdict);
+            let beyond = self.found_beyond(motion, &pair.verdict.joint);
             pair.determined &= beyond.is_none();
             pair.notes.extend(beyond.map(|(joint, factor)| connected_beyond(&joint, factor)));
         }

@@ -65,7 +65,7 @@ pub(crate) fn connected_beyond(joint: &str, factor: f64) -> String {
 
 /// Tells the scale that was found, or that none shows.
 pub(crate) fn scale_note(pair: &PairDetection) -> Option<String> {
-    let scale = pair.scale.as_ref().filter(|_| !pair.notes.iter().any(|note| note == UNSOUGHT))?;
+    let scale = pair.scale.as_ref()?;
     let Some(factor) = scale.factor else {
         let why = if pair.kind() == JointKind::Disconnected {
             "no scale between the bodies shows where no joint connects them"

@@ -52,15 +52,15 @@ pub(crate) struct Registered {
     pub(crate) strays: Vec<usize>,
     /// Number of samples of the other features that were left out.
     pub(crate) wild: usize,
-    /// Whether the noise of the one frame to which all are registered enters every pose in a way of its own, because not
-    /// all show the same features.
-    pub(crate) to_noise: bool,
+    /// Of features registered to one frame, where not every frame shows all of them: whether that frame shows a feature,
+    /// without which it took no part. The noise of that frame then enters every pose in a way of its own.
+    pub(crate) shown_first: Option<Vec<bool>>,
 }
 
 impl Registered {
     /// Poses found otherwise, in which every sample took part. The shape is not known yet.
     pub(crate) fn plain(tracks: &Tracks, poses: Vec<Option<Pose>>) -> Self {
-        Self { poses, shape: vec![None; tracks.features()], used: None, strays: Vec::new(), wild: 0, to_noise: false }
+        Self { poses, shape: vec![None; tracks.features()], used: None, strays: Vec::new(), wild: 0, shown_first: None }
     }
 
     /// Poses found by registration to the first of them: features that it does not show took no part.
@@ -71,13 +71,14 @@ impl Registered {
         if (0..tracks.frames()).all(all) {
             return plain;
         }
-        let of_frame = |_| (0..tracks.features()).map(|feature| tracks.is_visible(start, feature));
-        Self { used: Some((0..tracks.frames()).flat_map(of_frame).collect()), to_noise: true, ..plain }
+        let shown = (0..tracks.features()).map(|feature| tracks.is_visible(start, feature));
+        Self { shown_first: Some(shown.collect()), ..plain }
     }
 
     /// Whether a sample that is seen took part.
     pub(crate) fn uses(&self, frame: usize, feature: usize) -> bool {
         self.used.as_ref().is_none_or(|used| used[frame * self.shape.len() + feature])
+            && self.shown_first.as_ref().is_none_or(|shown| shown[feature])
     }
 }
 
@@ -412,6 +413,6 @@ impl<'t> State<'t> {
         let wild = self.judged().filter(|&(frame, f)| !self.strays[f] && !used[frame * features + f]).count();
         let strays: Vec<usize> = (0..features).filter(|&feature| self.strays[feature]).collect();
         rebase(&mut self.poses, &mut self.shape);
-        Registered { poses: self.poses, shape: self.shape, used: Some(used), strays, wild, to_noise: false }
+        Registered { poses: self.poses, shape: self.shape, used: Some(used), strays, wild, shown_first: None }
     }
 }

@@ -32,6 +32,11 @@ pub(crate) fn own_scale(detection: &Detection, pair: &PairDetection) -> f64 {
     pair.scale.as_ref().filter(|_| detection.scales.is_none()).and_then(|scale| scale.factor).unwrap_or(1.0)
 }
 
+/// Poses of a body that is multiplied by a factor.
+pub(crate) fn larger(poses: &[Option<Pose>], factor: f64) -> Vec<Option<Pose>> {
+    poses.iter().map(|pose| pose.as_ref().map(|pose| scaled_pose(pose, factor))).collect()
+}
+
 impl JointMotion {
     /// The joint of a pair; `None` where nothing connects the bodies.
     pub(crate) fn of(detection: &Detection, pair: &PairDetection) -> Option<Self> {
@@ -41,9 +46,7 @@ impl JointMotion {
             index.map_or(&[][..], |index| &detection.poses[index])
         };
         let factor = own_scale(detection, pair);
-        let larger = |pose: &Option<Pose>| pose.as_ref().map(|pose| scaled_pose(pose, factor));
-        let moving: Vec<Option<Pose>> = poses(&pair.moving).iter().map(larger).collect();
-        let measured = relative(poses(&pair.reference), &moving);
+        let measured = relative(poses(&pair.reference), &larger(poses(&pair.moving), factor));
         let axis = pair.axis.unwrap_or(Axis { point: Point3::origin(), direction: None, pitch: None });
         let lever = pair.axis_in_moving.map_or(Point3::origin(), |axis| axis.point * factor);
         let mut joint = Self { kind, axis, home: measured.iter().flatten().next().copied(), positions: Vec::new() };

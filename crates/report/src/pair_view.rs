@@ -2,10 +2,10 @@
 
 use jointscope_detection::{Detection, JointKind, PairDetection};
 use jointscope_models::Axis;
-use jointscope_motion::{Body, Observation, Pose, Recording, scaled_pose};
+use jointscope_motion::{Body, Observation, Pose, Recording};
 use nalgebra::{Point3, Vector3, distance};
 
-use crate::joint_motion::{JointMotion, median, own_scale};
+use crate::joint_motion::{JointMotion, larger, median, own_scale};
 
 /// Metres from a tracked pose's origin at which virtual features of its body are drawn.
 const VIRTUAL_RADIUS: f64 = 0.1;
@@ -38,10 +38,7 @@ impl PairView {
         let (viewer, seen) = if swapped { (moving, reference) } else { (reference, moving) };
         let own = own_scale(detection, pair);
         let at_scale = |body: usize| if body == moving { own } else { 1.0 };
-        let posed_at_scale = |body: usize| -> Vec<Option<Pose>> {
-            let larger = |pose: &Option<Pose>| pose.as_ref().map(|pose| scaled_pose(pose, at_scale(body)));
-            detection.poses[body].iter().map(larger).collect()
-        };
+        let posed_at_scale = |body: usize| larger(&detection.poses[body], at_scale(body));
         let trajectories = recording.bodies().get(seen).map_or_else(Vec::new, |body| {
             let places = places(&body.scaled(at_scale(seen)), &posed_at_scale(seen));
             seen_from(&posed_at_scale(viewer), &places)

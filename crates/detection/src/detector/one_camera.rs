@@ -6,7 +6,6 @@ use std::ops::RangeInclusive;
 use jointscope_motion::{
     Body, BodyMotion, FrameByFrame, MotionSettings, Recording, RelativeMotion, Undone, linear_scales,
 };
-use jointscope_scoring::Verdict;
 use rayon::prelude::*;
 
 use super::{Detector, Views};
@@ -30,16 +29,15 @@ impl Detector {
             .collect()
     }
 
-    /// What would connect a pair at a scale beyond those that were tried, and by what the body is multiplied there.
-    pub(super) fn found_beyond(&self, motion: &RelativeMotion<'_>, verdict: &Verdict) -> Option<(String, f64)> {
-        /// Scales that settings allow.
+    /// What joint a pair has instead of this one at a scale beyond those that were tried, and by what the body is multiplied
+    /// there.
+    pub(super) fn found_beyond(&self, motion: &RelativeMotion<'_>, joint: &str) -> Option<(String, f64)> {
+        /// Scales that `from` and `to` may have.
         const SENSIBLE: RangeInclusive<f64> = 0.05..=20.0;
-        /// As wide as those are.
-        const ANYWHERE: Belief = Belief { mean: 0.0, deviation: 1.0 };
         let settings = &self.configuration.scale;
         let tried = settings.factors();
         let tried = *tried.first()?..=*tried.last()?;
-        let fitted = self.scales(motion, ANYWHERE).into_values().filter(Estimate::is_observable);
+        let fitted = self.scales(motion, Belief::about(0.0)).into_values().filter(Estimate::is_observable);
         let scales = linear_scales(motion.reference(), motion.moving()).into_iter();
         scales.chain(fitted.map(|estimate| estimate.factor())).find_map(|scale| {
             let factor = match settings.body {
@@ -52,7 +50,7 @@ impl Detector {
             let scaled = motion.moving().scaled(scale);
             let there = motion.rescaled(motion.reference(), &scaled).ok()?;
             let found = self.conclude(&self.fits(&Views::of(there))).joint;
-            (found != verdict.joint).then_some((found, factor))
+            (found != joint).then_some((found, factor))
         })
     }
 
@@ -149,10 +147,14 @@ pub(super) fn registered<'r>(
 
 /// Whether both bodies move, but one shows no orientation, so that its scale cannot be sought.
 pub(super) fn moves_without_poses(motion: &RelativeMotion<'_>) -> bool {
-    motion.pose_series().is_none() && !motion.reference().rests() && !motion.moving().rests()
+    motion.pose_series().is_none() && both_move(motion)
 }
 
 /// Whether a pair can show a scale at all: both bodies have poses, and neither rests.
 pub(super) fn shows_scale(motion: &RelativeMotion<'_>) -> bool {
-    motion.pose_series().is_some() && !motion.reference().rests() && !motion.moving().rests()
+    motion.pose_series().is_some() && both_move(motion)
+}
+
+fn both_move(motion: &RelativeMotion<'_>) -> bool {
+    !motion.reference().rests() && !motion.moving().rests()
 }

@@ -33,6 +33,13 @@ pub(crate) struct Belief {
     pub(crate) deviation: f64,
 }
 
+impl Belief {
+    /// Where next to nothing is known but about where to look.
+    pub(crate) fn about(mean: f64) -> Self {
+        Self { mean, deviation: ANY }
+    }
+}
+
 /// The scale that a joint asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Estimate {
@@ -132,7 +139,7 @@ pub(crate) fn estimate(
 /// As [`estimate`], but for the scale, which stays; and by that, where nothing shows beside the scale: it may be far from the
 /// one that this joint asks for.
 pub(crate) fn shown_at(model: &dyn JointModel, plain: &RelativeMotion<'_>, logarithm: f64) -> Option<Estimate> {
-    let mut valley = Valley { model, plain, belief: Belief { mean: logarithm, deviation: ANY }, followed: None };
+    let mut valley = Valley { model, plain, belief: Belief::about(logarithm), followed: None };
     let here = valley.evidence_at(logarithm)?;
     if is_free(&here) {
         return Some(Estimate::none(valley.belief));

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use jointscope_motion::{End, Pose, PoseSeries, RelativeMotion, quantile, twist, twist::Twist};
-use nalgebra::{Matrix6, Point3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, Matrix6, Point3, SMatrix, SVector, Vector3};
 
 use super::engine::Fit;
 use super::telling::{joint_of, residual_rms, uncertainty};
@@ -318,23 +318,22 @@ fn configuration_cost(mechanism: &dyn Mechanism, series: &PoseSeries, fitted: &F
             q.x -= std::f64::consts::TAU * (q.x / std::f64::consts::TAU).round();
         }
     }
-    match mechanism.freedoms() {
+    let cost = |positions: &[Vector3<f64>], noise: &[Matrix3<f64>]| match mechanism.freedoms() {
         0 => 0.0,
         1 => {
-            let (q, noise) = cut::<1>(&positions, &fitted.position_noise);
+            let (q, noise) = cut::<1>(positions, noise);
             random_effect::cost(&q, &noise)
         }
         2 => {
-            let (q, noise) = cut::<2>(&positions, &fitted.position_noise);
+            let (q, noise) = cut::<2>(positions, noise);
             random_effect::cost(&q, &noise)
         }
-        _ => {
-            let cost = random_effect::cost(&positions, &fitted.position_noise);
-            let of_choice = 2.0 * observations(series).ln() * series.correlation_time();
-            let otherwise = mechanism.told_otherwise(&positions, &fitted.position_noise);
-            otherwise.map_or(cost, |other| cost.min(random_effect::cost(&other.positions, &other.noise) + of_choice))
-        }
-    }
+        _ => random_effect::cost(positions, noise),
+    };
+    let told = cost(&positions, &fitted.position_noise);
+    let of_choice = 2.0 * observations(series).ln() * series.correlation_time();
+    let otherwise = mechanism.told_otherwise(&positions, &fitted.position_noise);
+    otherwise.map_or(told, |other| told.min(cost(&other.positions, &other.noise) + of_choice))
 }
 
 /// Range of the turn that the joint explains, radians, at most a full one.

@@ -190,19 +190,22 @@ pub trait Mechanism: Debug {
         *q
     }
 
-    /// By which positions may be told otherwise such that they spread less, a slide as that of another place of the body
-    /// say; `None` if there is but one way. The choice is one of two parameters more.
+    /// Positions, and their covariances, told otherwise such that they spread less, slides as those of another place of the
+    /// body say; `None` if there is but one way. The choice is one of two parameters more.
+    ///
+    /// # References
+    /// docs/method.md, equation (11a).
     fn told_otherwise(&self, _positions: &[Vector3<f64>], _noise: &[Matrix3<f64>]) -> Option<Otherwise> {
         None
     }
 }
 
-/// Positions of the same motion, told otherwise, and their covariances.
+/// Positions of the same motion, told otherwise.
 #[derive(Debug, Clone)]
 pub struct Otherwise {
-    /// Of every frame.
+    /// Of every frame, metres and radians.
     pub positions: Vec<Vector3<f64>>,
-    /// Of the positions in every frame.
+    /// Covariance of the positions in every frame.
     pub noise: Vec<Matrix3<f64>>,
 }
 

@@ -37,7 +37,7 @@ impl BodyMotion<'_> {
             .as_ref()
             .map_or((self.found_poses(registered), &registered.shape), |line| (&line.poses, &line.shape));
         let Spread { across, along } = self.sound_spread();
-        let times = if registered.to_noise { SQRT_2 } else { 1.0 };
+        let times = if registered.shown_first.is_some() { SQRT_2 } else { 1.0 };
         let spread = Spread { across: times * across, along: times * along };
         of_registered(&self.tracks, poses, shape, used, spread, &centre)
     }

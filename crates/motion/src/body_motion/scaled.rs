@@ -1,5 +1,6 @@
 //! A body as it would be seen at another scale.
 
+use std::borrow::Cow;
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
 
@@ -75,16 +76,10 @@ pub(super) trait Grows: Clone {
 
 /// Something at a scale, multiplied as soon as someone looks: of most scales that are tried, few things are looked at.
 #[derive(Debug, Clone)]
-pub(super) struct AtScale<'r, T> {
-    as_seen: Source<'r, T>,
+pub(super) struct AtScale<'r, T: Clone> {
+    as_seen: Arc<Cow<'r, T>>,
     factor: f64,
     larger: OnceLock<T>,
-}
-
-#[derive(Debug, Clone)]
-enum Source<'r, T> {
-    Borrowed(&'r T),
-    Shared(Arc<T>),
 }
 
 impl<T: Grows> AtScale<'_, T> {
@@ -95,21 +90,12 @@ impl<T: Grows> AtScale<'_, T> {
 
     /// As the recording has it: what a scale does not change may be asked of this.
     pub(super) fn as_seen(&self) -> &T {
-        match &self.as_seen {
-            Source::Borrowed(seen) => seen,
-            Source::Shared(seen) => seen,
-        }
+        &self.as_seen
     }
 
     /// To be changed before any scale is looked at.
     pub(super) fn as_seen_mut(&mut self) -> &mut T {
-        if let Source::Borrowed(seen) = self.as_seen {
-            self.as_seen = Source::Shared(Arc::new(seen.clone()));
-        }
-        match &mut self.as_seen {
-            Source::Shared(seen) => Arc::make_mut(seen),
-            Source::Borrowed(_) => unreachable!("it is shared now"),
-        }
+        Arc::make_mut(&mut self.as_seen).to_mut()
     }
 
     /// By which all lengths in it as it was seen are to be multiplied.
@@ -129,15 +115,15 @@ impl<T: Grows> Deref for AtScale<'_, T> {
     }
 }
 
-impl<T> From<T> for AtScale<'_, T> {
+impl<T: Clone> From<T> for AtScale<'_, T> {
     fn from(seen: T) -> Self {
-        Self { as_seen: Source::Shared(Arc::new(seen)), factor: 1.0, larger: OnceLock::new() }
+        Self { as_seen: Arc::new(Cow::Owned(seen)), factor: 1.0, larger: OnceLock::new() }
     }
 }
 
-impl<'r, T> From<&'r T> for AtScale<'r, T> {
+impl<'r, T: Clone> From<&'r T> for AtScale<'r, T> {
     fn from(seen: &'r T) -> Self {
-        Self { as_seen: Source::Borrowed(seen), factor: 1.0, larger: OnceLock::new() }
+        Self { as_seen: Arc::new(Cow::Borrowed(seen)), factor: 1.0, larger: OnceLock::new() }
     }
 }
 

@@ -14,7 +14,7 @@ const BLOCK: usize = 16;
 const MOST: usize = 16_384;
 /// Pairs of points that are tried to begin with.
 const TRIED: usize = 6;
-/// Thickness of the shell about a ball in which both ends of a longer distance are looked for, as a share of its radius.
+/// By which share of its radius the ball over a pair may be left for its distance to count as nearly the largest.
 const SHELL: f64 = 0.01;
 /// Ends that there may be, as a part of the points, and pairs of them, per point.
 const FEW: usize = 4;
@@ -241,10 +241,10 @@ impl WithSimd for Extent<'_> {
             let (centre, radius) = (between(rows, *pair), 0.5 * best.sqrt());
             let (square, out) = farthest(simd, rows, centre);
             // The other end of a longer distance is at most so much nearer to the centre.
+            let inner = (2.0 * radius - square.sqrt()).max(0.0).powi(2) * (1.0 - SURE);
             if square.sqrt() <= radius * (1.0 + SHELL) {
-                let inner = (2.0 * radius - square.sqrt()).max(0.0);
                 ends.clear();
-                if ends.collect(simd, rows, centre, inner * inner * (1.0 - SURE), BLOCK + count / FEW) {
+                if ends.collect(simd, rows, centre, inner, BLOCK + count / FEW) {
                     *filled = false;
                     return ends.across(simd, pair, best).sqrt();
                 }
@@ -258,9 +258,8 @@ impl WithSimd for Extent<'_> {
             if *filled {
                 break;
             }
-            let inner = (2.0 * radius - square.sqrt()).max(0.0);
             ends.clear();
-            if ends.collect(simd, rows, centre, inner * inner * (1.0 - SURE), BLOCK + (PAIRS * count).isqrt()) {
+            if ends.collect(simd, rows, centre, inner, BLOCK + (PAIRS * count).isqrt()) {
                 return ends.across(simd, pair, best).sqrt();
             }
             *filled = true;
