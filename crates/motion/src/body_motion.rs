@@ -32,7 +32,7 @@ const VAGUE_TURN: f64 = 0.3;
 /// Distance, in standard deviations of a coordinate, that noise does not explain: of a million Gaussian samples not one
 /// is beyond 6.
 const WILD: f64 = 10.0;
-/// Distance, as a share of the body's size, that rounding explains.
+/// Distance, as a share of the body's size, that rounding explains. It has no direction, and drifts in no way.
 const ROUNDING: f64 = 1e-9;
 
 /// The motion of one body over the frames of a recording.
@@ -94,7 +94,7 @@ pub struct Outlier {
 impl Outlier {
     fn found(settled: &Settled, tracks: &Tracks) -> Option<Self> {
         let noise = settled.noisy.typical?;
-        let least = (WILD * noise).max(ROUNDING * spread(&settled.shape).trace().sqrt());
+        let least = (WILD * noise).max(rounding(&settled.shape));
         let (frame, feature, distance) = settled.worst_beyond(tracks, least)?;
         Some(Self { frame, feature, distance, noise })
     }
@@ -252,13 +252,15 @@ impl<'r> BodyMotion<'r> {
             NoiseSetting::Known(sigma) => Some(sigma),
             NoiseSetting::Estimate => found.sigma,
         };
+        let noisy = found.sigma.is_some_and(|sigma| sigma > rounding(&registered.shape));
         let equal = Spread { across: sigma.unwrap_or(0.0), along: sigma.unwrap_or(0.0) };
         self.spread = match sigma {
-            Some(sigma) if estimate => depth::refine(tracks, &mut registered, sigma),
+            Some(sigma) if estimate && noisy => depth::refine(tracks, &mut registered, sigma),
             _ => equal,
         };
         self.noise.position = if self.spread == equal { found.sigma } else { Some(self.spread.mean()) };
-        let drift = lag_one(tracks, &registered.poses, &registered.shape, |t, f| registered.uses(t, f));
+        let uses = |t, f| registered.uses(t, f);
+        let drift = if noisy { lag_one(tracks, &registered.poses, &registered.shape, uses) } else { 0.0 };
         self.drift = OnceLock::from(drift);
         if estimate && believed_drift(drift, tracks.frames()) > 0.0 {
             let factor = noise::hidden_by_drift(drift, tracks, registered.used.as_deref().unwrap_or_default());
@@ -357,7 +359,10 @@ impl<'r> BodyMotion<'r> {
 
     /// Correlation of the samples' errors with those of the frame before, from -1 to 1; 0 where nothing tells.
     pub fn drift(&self) -> f64 {
-        let found = |registered: &AtScale<'_, Registered>| settled::drift(&self.tracks, &registered.shape);
+        let noisy = |shape: &Shape| self.noise.position.is_some_and(|sigma| sigma > rounding(shape));
+        let found = |registered: &AtScale<'_, Registered>| {
+            if noisy(&registered.shape) { settled::drift(&self.tracks, &registered.shape) } else { 0.0 }
+        };
         *self.drift.get_or_init(|| self.registered.as_ref().map_or(0.0, found))
     }
 
@@ -527,6 +532,11 @@ fn virtual_features(tracked: &[Option<Pose>], radius: f64) -> Tracks {
     let missing = [Point3::from([f64::NAN; 3]); 4];
     let positions = tracked.iter().flat_map(|pose| pose.map_or(missing, |pose| corners.map(|corner| pose * corner)));
     Tracks::new(4, positions.collect()).expect("four positions per frame")
+}
+
+/// The most that rounding moves a sample, metres.
+fn rounding(shape: &Shape) -> f64 {
+    ROUNDING * spread(shape).trace().sqrt()
 }
 
 /// Says so if noise of `sigma` metres leaves the turn about the features' line unknown.

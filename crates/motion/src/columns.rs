@@ -17,7 +17,9 @@ use std::sync::{Arc, OnceLock};
 
 use bytemuck::cast_slice;
 use nalgebra::Point3;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
+
+use crate::instructions::arch;
 
 use crate::extent::FarEnds;
 use crate::flat_rows::lanes_lack;
@@ -151,7 +153,7 @@ pub(crate) fn rows_as_seen(tracks: &Tracks) -> Option<RowsAsSeen> {
     let mut numbers = Aligned::zeros(3 * features * row);
     let of = Part { frames: 0..frames.len(), features: 0..features };
     let seen = SeenAtScale { tracks, factor: 1.0 };
-    Arch::new().dispatch(Place { seen, frames: &frames, maps: None, of, numbers: &mut numbers });
+    arch().dispatch(Place { seen, frames: &frames, maps: None, of, numbers: &mut numbers });
     Some(RowsAsSeen { numbers: Arc::new(numbers), factor: 1.0 })
 }
 
@@ -182,7 +184,7 @@ impl Placed {
             let mut numbers = Buffer::of(3 * features * row);
             match rows {
                 Some(rows) => {
-                    Arch::new().dispatch(Turn { rows, maps: &placed.maps.numbers, numbers: &mut numbers.0 });
+                    arch().dispatch(Turn { rows, maps: &placed.maps.numbers, numbers: &mut numbers.0 });
                 }
                 None => {
                     placed.place(seen, frames, Part { frames: 0..frames.len(), features: 0..features }, &mut numbers.0);
@@ -194,7 +196,7 @@ impl Placed {
     }
 
     fn place(&self, seen: SeenAtScale<'_>, frames: &[usize], of: Part, numbers: &mut [f64]) {
-        Arch::new().dispatch(Place { seen, frames, maps: Some(&self.maps.numbers), of, numbers });
+        arch().dispatch(Place { seen, frames, maps: Some(&self.maps.numbers), of, numbers });
     }
 
     /// The rows of a part's feature, given the numbers of the part.

@@ -9,7 +9,9 @@
 
 use bytemuck::cast_slice;
 use nalgebra::{Point3, Vector3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
+
+use crate::instructions::arch;
 
 use crate::{Pose, Tracks};
 
@@ -23,7 +25,7 @@ pub(crate) fn sums_of_places<'p>(
     poses: impl Iterator<Item = (usize, &'p Pose)>,
     weights: Option<&[f64]>,
 ) -> Vec<(f64, Vector3<f64>)> {
-    Arch::new().dispatch(Places { tracks, poses, weights })
+    arch().dispatch(Places { tracks, poses, weights })
 }
 
 /// Shows what every sample of some posed frames is off from where pose and shape put it, metres, frame by frame. Of
@@ -34,12 +36,12 @@ pub(crate) fn for_residuals<'p>(
     shape: &[Option<Point3<f64>>],
     look: impl FnMut(usize, &[Vector3<f64>]),
 ) {
-    Arch::new().dispatch(Residuals { tracks, poses, shape, look });
+    arch().dispatch(Residuals { tracks, poses, shape, look });
 }
 
 /// Sum of the distances that all features go from each of some frames to the next; all must be seen.
 pub(crate) fn way(tracks: &Tracks, frames: &[usize]) -> f64 {
-    Arch::new().dispatch(Way { tracks, frames })
+    arch().dispatch(Way { tracks, frames })
 }
 
 struct Places<'a, I> {

@@ -8,7 +8,9 @@
 
 use bytemuck::cast_slice;
 use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
+
+use crate::instructions::arch;
 
 use crate::flat_rows::{expanded, first_holds, lanes_lack};
 use crate::prefetch::{AHEAD, ahead_of};
@@ -71,7 +73,7 @@ pub(crate) fn register_and_look(
 ) {
     assert_eq!(shape.len(), tracks.features(), "one place per feature");
     assert_eq!(poses.len(), tracks.frames(), "one pose per frame");
-    Arch::new().dispatch(Frames { shape, tracks, weights, poses, look });
+    arch().dispatch(Frames { shape, tracks, weights, poses, look });
 }
 
 /// What looks at frames that were just posed.

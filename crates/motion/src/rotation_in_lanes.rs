@@ -6,7 +6,9 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
+
+use crate::instructions::arch;
 
 use crate::registration::rotation_of;
 
@@ -43,7 +45,7 @@ const BATCH: usize = 64;
 /// ```
 pub fn fit_rotations(covariances: &[Matrix3<f64>], rotations: &mut [Option<UnitQuaternion<f64>>]) {
     assert_eq!(covariances.len(), rotations.len(), "one place per covariance");
-    Arch::new().dispatch(Covariances { covariances, rotations });
+    arch().dispatch(Covariances { covariances, rotations });
 }
 
 struct Covariances<'a> {

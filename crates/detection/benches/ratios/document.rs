@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{fs, process};
 
+use jointscope_motion::Instructions;
+
 use crate::alternation::Spread;
 use crate::row::{Row, short};
 
@@ -97,8 +99,7 @@ fn machine() -> String {
         Some(line.split_once(':')?.1.trim().to_owned())
     });
     let processor = processor.unwrap_or_else(|| format!("a processor of kind {}", std::env::consts::ARCH));
-    let instructions = format!("{:?}", pulp::Arch::new()).to_lowercase();
-    let instructions = instructions.split(['(', ' ']).next().unwrap_or_default().to_owned();
+    let instructions = Instructions::here().last().map_or("scalar", |set| set.name());
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let compiler = process::Command::new("rustc").arg("--version").output();
     let compiler =

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::{Geometry, Mechanism, Mobility, Placement, far_hinge_cost, judge, starts, turn_about_z};
 use crate::{Evidence, FitError, JointFit, JointModel, joint_model};
 
+/// How much nearer than the body is large an axis may be for that to count: what is nearer is so by chance.
+const NEAREST: f64 = 1e6;
+
 /// Cylindrical joint: rotation about a fixed axis and translation along it, independent of each other.
 ///
 /// `L_t = g h(q_t, s_t) g⁻¹ L_0` with `h(q, s) = Rz(q) Tz(s)`; `g` places the axis, `L_0` the moving body.
@@ -68,7 +71,7 @@ impl JointModel for Cylindrical {
         let mut fit = judge(self, motion)?;
         let part = |name| fit.parts.get(name).copied().unwrap_or(0.0);
         if let (Some(evidence), Some(series)) = (fit.evidence, motion.pose_series()) {
-            let near = (series.radius() / part("radius").max(f64::MIN_POSITIVE)).max(1.0);
+            let near = (series.radius() / part("radius").max(f64::MIN_POSITIVE)).clamp(1.0, NEAREST);
             let far = far_hinge_cost(part("sweep") * near, self.sweep);
             fit.evidence = Some(Evidence { prior_cost: evidence.prior_cost + far, ..evidence });
         }

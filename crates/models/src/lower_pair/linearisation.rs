@@ -8,9 +8,9 @@
 
 mod bends;
 
-use jointscope_motion::{Pose, twist, twist::Twist};
+use jointscope_motion::{Pose, arch, twist, twist::Twist};
 use nalgebra::{Matrix3, Matrix6, Vector3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 pub(super) use bends::Bends;
 
@@ -123,9 +123,9 @@ impl Linearisation {
     ) -> (Normal, Unknowns, Option<Bends>) {
         let carry = &twist::adjoint(carry);
         if bent {
-            Arch::new().dispatch(Equations::<true> { white, carry, linear: self })
+            arch().dispatch(Equations::<true> { white, carry, linear: self })
         } else {
-            Arch::new().dispatch(Equations::<false> { white, carry, linear: self })
+            arch().dispatch(Equations::<false> { white, carry, linear: self })
         }
     }
 

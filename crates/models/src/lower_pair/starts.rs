@@ -11,6 +11,8 @@ use super::{Placement, turn_about_z};
 
 /// Share of the identity that keeps linear systems solvable where nothing turns.
 const RIDGE: f64 = 1e-6;
+/// Turn, radians, and shift, as a share of the body's radius, that rounding explains.
+const ROUNDING: f64 = 1e-9;
 /// Largest pitch that a screw begins with, metres per radian.
 const LARGEST_PITCH: f64 = 5.0;
 
@@ -46,8 +48,9 @@ impl Summary {
         let turns: Vec<Vector3<f64>> = poses.iter().map(|pose| rotation_log(&(pose.rotation * back))).collect();
         let shifts: Vec<Vector3<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
         let mean_shift = shifts.iter().sum::<Vector3<f64>>() / count;
-        let turn_axes = principal(turns.iter().map(|w| w * w.transpose()).sum());
-        let shift_axes = principal(shifts.iter().map(|t| (t - mean_shift) * (t - mean_shift).transpose()).sum());
+        let turn_axes = principal(turns.iter().map(|w| w * w.transpose()).sum(), count * ROUNDING.powi(2));
+        let scatter = shifts.iter().map(|t| (t - mean_shift) * (t - mean_shift).transpose()).sum();
+        let shift_axes = principal(scatter, count * (ROUNDING * series.radius()).powi(2));
         Self { home, turned, turns, shifts, mean_shift, turn_axes, shift_axes }
     }
 
@@ -123,8 +126,9 @@ fn facing(z: Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
-fn principal(scatter: Matrix3<f64>) -> [Vector3<f64>; 3] {
-    let eigen = scatter.symmetric_eigen();
+/// Principal directions, the largest first. Among those in which there is `nothing`, rounding is not to choose.
+fn principal(scatter: Matrix3<f64>, nothing: f64) -> [Vector3<f64>; 3] {
+    let eigen = (scatter + Matrix3::new(3.0, 0.5, 0.25, 0.5, 2.0, 0.5, 0.25, 0.5, 1.0) * nothing).symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     order.map(|k| eigen.eigenvectors.column(k).normalize())

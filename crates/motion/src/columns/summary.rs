@@ -1,7 +1,9 @@
 //! What a trajectory shows at a glance: where it is, how far it spreads and goes.
 
 use nalgebra::{Matrix3, Point3, Vector3, distance};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
+
+use crate::instructions::arch;
 
 use super::Rows;
 use crate::path_length_of_rows;
@@ -93,7 +95,7 @@ impl Sums {
         self.ends = Some([first, end]);
         self.count += rows.frames;
         self.path += path_length_of_rows(rows.coordinates, rows.frames);
-        Arch::new().dispatch(Moments { rows, first, sums: self });
+        arch().dispatch(Moments { rows, first, sums: self });
     }
 
     pub(super) fn summary(&self, extent: f64) -> Summary {

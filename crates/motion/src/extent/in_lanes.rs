@@ -6,7 +6,9 @@
 use std::cell::Cell;
 
 use nalgebra::Point3;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
+
+use crate::instructions::arch;
 
 /// Points in a block, whose box is looked at first.
 const BLOCK: usize = 16;
@@ -70,7 +72,7 @@ impl Extents {
     pub fn of_rows(&mut self, rows: [&[f64]; 3]) -> f64 {
         let [x, y, z] = rows;
         assert!(x.len() == y.len() && x.len() == z.len(), "three rows of one length");
-        Arch::new().dispatch(Extent { rows, known: self })
+        arch().dispatch(Extent { rows, known: self })
     }
 }
 
@@ -107,7 +109,7 @@ impl FarEnds {
     }
 
     pub(crate) fn add(&mut self, rows: [&[f64]; 3]) {
-        Arch::new().dispatch(More { rows, far: self });
+        arch().dispatch(More { rows, far: self });
     }
 
     /// The extent; `None` if there are too many ends, or some were missed.
@@ -117,7 +119,7 @@ impl FarEnds {
         if self.ends.squares.len() > self.most || missed {
             return None;
         }
-        Some(Arch::new().dispatch(Across { far: &self }).sqrt())
+        Some(arch().dispatch(Across { far: &self }).sqrt())
     }
 }
 
@@ -186,7 +188,7 @@ pub fn path_length_of_rows(rows: [&[f64]; 3], points: usize) -> f64 {
     if points < 2 {
         return 0.0;
     }
-    Arch::new().dispatch(Length { from: rows.map(|row| &row[..points - 1]), to: rows.map(|row| &row[1..points]) })
+    arch().dispatch(Length { from: rows.map(|row| &row[..points - 1]), to: rows.map(|row| &row[1..points]) })
 }
 
 /// The index of a point that is farthest from a place; 0 if there is none.
@@ -196,7 +198,7 @@ pub fn path_length_of_rows(rows: [&[f64]; 3], points: usize) -> f64 {
 pub fn farthest_of_rows(rows: [&[f64]; 3], place: &Point3<f64>) -> usize {
     let [x, y, z] = rows;
     assert!(x.len() == y.len() && x.len() == z.len(), "three rows of one length");
-    Arch::new().dispatch(Farthest { rows, place: place.coords.into() })
+    arch().dispatch(Farthest { rows, place: place.coords.into() })
 }
 
 struct Farthest<'a> {

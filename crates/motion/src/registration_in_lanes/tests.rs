@@ -1,4 +1,5 @@
 use super::*;
+use crate::instructions::Instructions;
 
 /// Angle, radians, and distance, as a share of the size and the offset, within which two solves agree.
 const SAME: f64 = 1e-9;
@@ -77,7 +78,7 @@ fn frames_in_lanes_have_the_poses_that_each_has_alone_whatever_the_instructions(
         for missing in [false, true] {
             let (shape, tracks, weights) = simulate(case, missing);
             for weights in [None, Some(&weights[..])] {
-                for arch in [Arch::new(), Arch::Scalar] {
+                for arch in Instructions::here().into_iter().filter_map(Instructions::arch) {
                     let mut poses = vec![None; FRAMES];
                     arch.dispatch(Frames {
                         shape: &shape,

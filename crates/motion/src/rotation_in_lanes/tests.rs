@@ -1,6 +1,8 @@
 use nalgebra::Vector3;
+use pulp::Arch;
 
 use super::*;
+use crate::instructions::Instructions;
 
 /// Angle within which two solves agree, radians.
 const SAME: f64 = 1e-11;
@@ -39,7 +41,7 @@ fn rotations_are_found_whatever_the_cloud_its_units_and_the_instructions() {
             // Not a multiple of the lanes.
             let (covariances, truth): (Vec<_>, Vec<_>) =
                 (0..43).map(|seed| covariance(seed, cloud.map(|value| value * unit))).unzip();
-            for arch in [Arch::new(), Arch::Scalar] {
+            for arch in Instructions::here().into_iter().filter_map(Instructions::arch) {
                 for (found, truth) in fitted(arch, &covariances).into_iter().zip(&truth) {
                     let off = found.expect("solvable").angle_to(truth);
                     assert!(off < SAME, "{cloud:?} in units of {unit:e}: {off:e} rad off");
@@ -55,7 +57,7 @@ fn half_turns_are_rotations_like_others() {
     let half = UnitQuaternion::from_axis_angle(&axis, std::f64::consts::PI);
     let covariance =
         Matrix3::from_diagonal(&Vector3::new(3.0, 2.0, 1.0)) * half.to_rotation_matrix().matrix().transpose();
-    let found = fitted(Arch::new(), &[covariance])[0].expect("solvable");
+    let found = fitted(arch(), &[covariance])[0].expect("solvable");
     assert!(found.angle_to(&half) < SAME);
 }
 
@@ -64,7 +66,7 @@ fn lines_places_and_what_is_no_number_have_no_rotation() {
     let (line, _) = covariance(3, [2.0, 0.0, 0.0]);
     let (box_shaped, truth) = covariance(5, [3.0, 2.0, 1.0]);
     let nonsense = Matrix3::repeat(f64::NAN);
-    for arch in [Arch::new(), Arch::Scalar] {
+    for arch in Instructions::here().into_iter().filter_map(Instructions::arch) {
         let found = fitted(arch, &[line, Matrix3::zeros(), box_shaped, nonsense]);
         assert_eq!((found[0], found[1], found[3]), (None, None, None));
         assert!(found[2].expect("solvable").angle_to(&truth) < SAME);

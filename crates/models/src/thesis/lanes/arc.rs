@@ -1,7 +1,7 @@
 //! Which points of a trajectory lie on its circle, and which degrees of it they occupy.
 
-use jointscope_motion::Rows;
-use pulp::{Arch, Simd, WithSimd};
+use jointscope_motion::{Rows, arch};
+use pulp::{Simd, WithSimd};
 
 use super::super::Circle;
 use super::super::occupied::Degrees;
@@ -29,7 +29,7 @@ const TOGETHER: usize = 256;
 
 /// How many of a feature's points are within `tolerance` radii of its circle; the whole degrees that they occupy are added.
 pub(in super::super) fn on_circle(rows: Rows<'_>, circle: &Circle, tolerance: f64, degrees: &mut Degrees) -> f64 {
-    Arch::new().dispatch(Kernel { rows, circle, tolerance, degrees })
+    arch().dispatch(Kernel { rows, circle, tolerance, degrees })
 }
 
 struct Kernel<'a> {

@@ -2,8 +2,9 @@
 
 #![expect(clippy::needless_range_loop, reason = "one index runs through several arrays of registers")]
 
+use jointscope_motion::arch;
 use nalgebra::{Matrix3, Unit, Vector3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::BLOCK;
 
@@ -18,7 +19,7 @@ pub(in super::super) fn principal_axes(matrices: &[Matrix3<f64>]) -> Vec<[(f64, 
     let mut all = Vec::with_capacity(matrices.len());
     for some in matrices.chunks(BLOCK) {
         let mut block = Block::of(some);
-        Arch::new().dispatch(Kernel { block: &mut block });
+        arch().dispatch(Kernel { block: &mut block });
         all.extend((0..some.len()).map(|lane| block.axes(lane)));
     }
     all

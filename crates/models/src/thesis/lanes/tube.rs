@@ -1,8 +1,8 @@
 //! Where the points of a trajectory are along a tube.
 
-use jointscope_motion::Rows;
+use jointscope_motion::{Rows, arch};
 use nalgebra::{Point3, Vector3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::super::prismatic::{END, Overshoot, Section};
 use super::{BLOCK, ROUNDS, bits_shown, dot, minus, registers, splat};
@@ -66,7 +66,7 @@ fn beside(sections: usize) -> usize {
 /// Counts a feature's positions from a frame on, shifted so that its very first one is where the tube starts, in their
 /// sections; gives the sum of squared distances from the line, in lengths of the tube.
 pub(in super::super) fn along_tube(rows: Rows<'_>, start: Point3<f64>, frame: usize, tallied: &mut Tallied) -> f64 {
-    Arch::new().dispatch(Kernel { rows, start, frame, tallied })
+    arch().dispatch(Kernel { rows, start, frame, tallied })
 }
 
 struct Kernel<'a> {

@@ -1,8 +1,8 @@
 //! How far the features have turned in every frame since the first, summed up, and how far they are from circles.
 
-use jointscope_motion::{Columns, Rows};
+use jointscope_motion::{Columns, Rows, arch};
 use nalgebra::{Complex, Point3, Vector3};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::{BLOCK, dot, minus, registers, splat};
 
@@ -48,7 +48,7 @@ impl Turned {
         let Self { point, axes, starts, sums: [real, imaginary], off } = self;
         let [real, imaginary] = [real, imaginary].map(|sums| &mut sums[frame..][..rows.weights.len()]);
         let (start, off) = (starts[feature], &mut off[feature]);
-        Arch::new().dispatch(Kernel { rows, point: *point, axes: *axes, start, sums: [real, imaginary], off });
+        arch().dispatch(Kernel { rows, point: *point, axes: *axes, start, sums: [real, imaginary], off });
     }
 
     /// If the gradients are unit vectors at right angles: the sum of squared distances of a feature's positions, of which
