@@ -85,7 +85,7 @@ impl<'p, I: Iterator<Item = (usize, &'p Pose)>> WithSimd for Places<'_, I> {
                     d = simd.mul_f64s(d, row[at]);
                 }
                 for axis in 0..3 {
-                    sums[axis][at] = simd.mul_add_e_f64s(frame.turn[at % 3][axis], d, sums[axis][at]);
+                    sums[axis][at] = simd.mul_add_f64s(frame.turn[at % 3][axis], d, sums[axis][at]);
                 }
             }
         }
@@ -250,9 +250,16 @@ pub(crate) fn lanes_lack<S: Simd>(simd: S) -> [S::m64s; 3] {
 
 /// Which lanes of a triple's first register hold the coordinate 0, and which 1.
 #[inline(always)]
-pub(crate) fn first_holds<S: Simd>(simd: S) -> [S::m64s; 2] {
+fn first_holds<S: Simd>(simd: S) -> [S::m64s; 2] {
+    holds(simd, 0)
+}
+
+/// The same of one of the registers that hold what the widest one would.
+#[inline(always)]
+pub(crate) fn holds<S: Simd>(simd: S, part: usize) -> [S::m64s; 2] {
     const COORDINATES: [f64; WIDEST] = [0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0];
-    let coordinate = simd.partial_load_f64s(&COORDINATES[..S::F64_LANES.min(WIDEST)]);
+    let lanes = S::F64_LANES.min(WIDEST);
+    let coordinate = simd.partial_load_f64s(&COORDINATES[part * lanes..(part + 1) * lanes]);
     [simd.equal_f64s(coordinate, simd.splat_f64s(0.0)), simd.equal_f64s(coordinate, simd.splat_f64s(1.0))]
 }
 

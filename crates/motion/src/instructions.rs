@@ -7,7 +7,8 @@ use pulp::Arch;
 
 /// A set of instructions for which the kernels are compiled.
 ///
-/// Every one gives the same joints, and numbers that agree to rounding.
+/// Every one gives the same joints. Kernels behind likelihoods compute the same bits by every set: they sum up in eight lanes
+/// whatever the width of a register, and round products and sums once. Those of the thesis's models agree to rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Instructions {
@@ -72,6 +73,14 @@ impl fmt::Display for Instructions {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(self.name())
     }
+}
+
+/// The sum of what eight lanes hold, in the order in which registers of any width are summed up: halves, and halves of these.
+#[expect(clippy::inline_always, reason = "what is not inlined loses the instruction set")]
+#[inline(always)]
+pub fn sum_of_lanes(lanes: &[f64; 8]) -> f64 {
+    let [a, b, c, d] = [0, 1, 2, 3].map(|lane| lanes[lane] + lanes[lane + 4]);
+    (a + c) + (b + d)
 }
 
 /// What kernels are dispatched by: the best set of the machine, unless another was [chosen](Instructions::choose).

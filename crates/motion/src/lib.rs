@@ -60,7 +60,7 @@ pub use error::MotionError;
 pub use extent::{Extents, extent, extent_of_rows, farthest_of_rows, path_length, path_length_of_rows};
 pub use frame_by_frame::FrameByFrame;
 pub use growing::GrowingRecording;
-pub use instructions::{Instructions, arch};
+pub use instructions::{Instructions, arch, sum_of_lanes};
 pub use leaps::{Leaps, leaps};
 pub use noise::Deformation;
 pub use play::Play;

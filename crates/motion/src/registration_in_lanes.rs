@@ -12,7 +12,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::instructions::arch;
 
-use crate::flat_rows::{expanded, first_holds, lanes_lack};
+use crate::flat_rows::{expanded, holds, lanes_lack};
 use crate::prefetch::{AHEAD, ahead_of};
 use crate::registration::register_weighted;
 use crate::rotation_in_lanes::{BLOCK, have_digits, solve_rotations};
@@ -232,54 +232,75 @@ fn add_frame<S: Simd>(
         }
     }
     let zero = simd.splat_f64s(0.0);
-    let (mut covariance, mut target) = ([[zero; 3]; 3], [zero; 3]);
+    // Of narrow registers, as many as hold what a wide one would, each with sums of its own: lane by lane the same.
+    let parts = BLOCK / lanes;
+    let (mut covariance, mut target) = ([[[zero; 3]; BLOCK]; 3], [[zero; 3]; BLOCK]);
     let x = S::as_simd_f64s(&places.expanded[0]).0;
     let y = S::as_simd_f64s(&places.expanded[1]).0;
     let z = S::as_simd_f64s(&places.expanded[2]).0;
     let row = S::as_simd_f64s(row).0;
     let (full, rest) = S::as_simd_f64s(positions);
-    let triples = full.len() / 3;
+    let triples = full.len() / (3 * parts);
     for triple in 0..triples {
         for k in 0..3 {
-            let at = 3 * triple + k;
-            ahead_of(positions[lanes * at..].as_ptr(), AHEAD);
-            let mut q = full[at];
-            if !whole {
-                q = simd.mul_f64s(q, row[at]);
+            for part in 0..parts {
+                let at = (3 * triple + k) * parts + part;
+                ahead_of(positions[lanes * at..].as_ptr(), AHEAD);
+                let mut q = full[at];
+                if !whole {
+                    q = simd.mul_f64s(q, row[at]);
+                }
+                covariance[0][part][k] = simd.mul_add_f64s(x[at], q, covariance[0][part][k]);
+                covariance[1][part][k] = simd.mul_add_f64s(y[at], q, covariance[1][part][k]);
+                covariance[2][part][k] = simd.mul_add_f64s(z[at], q, covariance[2][part][k]);
+                target[part][k] = simd.add_f64s(target[part][k], q);
             }
-            covariance[0][k] = simd.mul_add_e_f64s(x[at], q, covariance[0][k]);
-            covariance[1][k] = simd.mul_add_e_f64s(y[at], q, covariance[1][k]);
-            covariance[2][k] = simd.mul_add_e_f64s(z[at], q, covariance[2][k]);
-            target[k] = simd.add_f64s(target[k], q);
         }
     }
-    for at in 3 * triples..(3 * features).div_ceil(lanes) {
-        let k = at - 3 * triples;
+    for at in 3 * triples * parts..(3 * features).div_ceil(lanes) {
+        let (k, part) = (at / parts - 3 * triples, at % parts);
         let mut q = if at < full.len() { full[at] } else { simd.partial_load_f64s(rest) };
         if !whole {
             q = simd.mul_f64s(q, row[at]);
         }
-        covariance[0][k] = simd.mul_add_e_f64s(x[at], q, covariance[0][k]);
-        covariance[1][k] = simd.mul_add_e_f64s(y[at], q, covariance[1][k]);
-        covariance[2][k] = simd.mul_add_e_f64s(z[at], q, covariance[2][k]);
-        target[k] = simd.add_f64s(target[k], q);
+        covariance[0][part][k] = simd.mul_add_f64s(x[at], q, covariance[0][part][k]);
+        covariance[1][part][k] = simd.mul_add_f64s(y[at], q, covariance[1][part][k]);
+        covariance[2][part][k] = simd.mul_add_f64s(z[at], q, covariance[2][part][k]);
+        target[part][k] = simd.add_f64s(target[part][k], q);
     }
     let mut products = [zero; 12];
     for (row, registers) in [covariance[0], covariance[1], covariance[2], target].into_iter().enumerate() {
-        let by_coordinate = by_coordinate(simd, registers);
+        let mut by_coordinate = [[zero; 3]; BLOCK];
+        for part in 0..parts {
+            by_coordinate[part] = self::by_coordinate(simd, part, registers[part]);
+        }
         for k in 0..3 {
-            products[3 * row + k] = by_coordinate[k];
+            products[3 * row + k] = added_up(simd, parts, by_coordinate.map(|of_part| of_part[k]));
         }
     }
     products
 }
 
-/// Of three registers that hold all coordinates in turn, each lane each of them once, the lanes of every coordinate.
+/// The sum of as many registers as hold what a wide one would: its two halves, and theirs in turn.
 #[inline(always)]
-fn by_coordinate<S: Simd>(simd: S, [a, b, c]: [S::f64s; 3]) -> [S::f64s; 3] {
-    let [is_0, is_1] = first_holds(simd);
-    // The register that follows holds, in the same lane, the coordinate that is `lanes mod 3` on.
-    let (next, last) = if S::F64_LANES % 3 == 1 { (b, c) } else { (c, b) };
+fn added_up<S: Simd>(simd: S, parts: usize, mut registers: [S::f64s; BLOCK]) -> S::f64s {
+    let mut left = parts;
+    while left > 1 {
+        left /= 2;
+        for part in 0..left {
+            registers[part] = simd.add_f64s(registers[part], registers[part + left]);
+        }
+    }
+    registers[0]
+}
+
+/// Of three wide registers that hold all coordinates in turn, each lane each of them once, the lanes of every coordinate in
+/// one part of them.
+#[inline(always)]
+fn by_coordinate<S: Simd>(simd: S, part: usize, [a, b, c]: [S::f64s; 3]) -> [S::f64s; 3] {
+    let [is_0, is_1] = holds(simd, part);
+    // The register that follows holds, in the same lane, the coordinate that is two on.
+    let (next, last) = (c, b);
     // By the coordinate that the first register holds, the register with coordinate 0, 1 or 2.
     let first = simd.select_f64s(is_0, a, simd.select_f64s(is_1, last, next));
     let second = simd.select_f64s(is_0, next, simd.select_f64s(is_1, a, last));
@@ -287,10 +308,10 @@ fn by_coordinate<S: Simd>(simd: S, [a, b, c]: [S::f64s; 3]) -> [S::f64s; 3] {
     [first, second, third]
 }
 
-/// The sum over the lanes of each of several registers.
+/// The sum over the lanes of each of several registers, in the order of [`added_up`].
 ///
-/// Of two registers, every second lane of the one and of the other is added to its neighbour; of what comes of two such
-/// pairs, every second pair of lanes; and so on, until each lane is the sum of one register.
+/// Of two registers, the lower half of the one and the upper half of the other are added to their other halves; of two that
+/// come of that, every other quarter; and so on, until each lane is the sum of one register.
 #[inline(always)]
 fn sums_of_registers<S: Simd>(
     simd: S,
@@ -307,12 +328,17 @@ fn sums_of_registers<S: Simd>(
     }
     let mut left = *registers;
     let mut count = BLOCK;
-    for bit in 0..S::F64_LANES.trailing_zeros() as usize {
+    for bit in (0..3).rev() {
         count /= 2;
         for k in 0..count {
-            let (a, b) = (left[2 * k], left[2 * k + 1]);
+            let (a, b) = (left[k], left[k + count]);
             let stays = simd.select_f64s(lanes_lack[bit], a, b);
-            let comes = simd.rotate_left_f64s(simd.select_f64s(lanes_lack[bit], b, a), 1 << bit);
+            let comes = if 2 << bit == BLOCK {
+                simd.rotate_left_f64s(simd.select_f64s(lanes_lack[bit], b, a), 1 << bit)
+            } else {
+                let (up, down) = (simd.rotate_left_f64s(a, 1 << bit), simd.rotate_right_f64s(b, 1 << bit));
+                simd.select_f64s(lanes_lack[bit], up, down)
+            };
             left[k] = simd.add_f64s(stays, comes);
         }
     }
@@ -357,11 +383,11 @@ fn solve<S: Simd>(simd: S, places: &Places, sums: &Sums) -> Solved {
         let [w, x, y, z] = quaternion;
         let mut turned = cross(simd, [x, y, z], source);
         for axis in 0..3 {
-            turned[axis] = simd.mul_add_e_f64s(w, source[axis], turned[axis]);
+            turned[axis] = simd.mul_add_f64s(w, source[axis], turned[axis]);
         }
         let turned = cross(simd, [x, y, z], turned);
         for axis in 0..3 {
-            let placed = simd.mul_add_e_f64s(two, turned[axis], source[axis]);
+            let placed = simd.mul_add_f64s(two, turned[axis], source[axis]);
             S::as_mut_simd_f64s(&mut found.translation[axis]).0[part] = simd.sub_f64s(target[axis], placed);
         }
         for k in 0..4 {

@@ -129,7 +129,7 @@ macro_rules! f {
     };
     // a b - c d + e f
     ($simd:ident, $a:ident * $b:ident - $c:ident * $d:ident + $e:ident * $g:ident) => {
-        $simd.mul_add_e_f64s($e, $g, f!($simd, $a * $b - $c * $d))
+        $simd.mul_add_f64s($e, $g, f!($simd, $a * $b - $c * $d))
     };
     // a b - c d - e f
     ($simd:ident, $a:ident * $b:ident - $c:ident * $d:ident - $e:ident * $g:ident) => {
@@ -203,7 +203,7 @@ fn horn<S: Simd>(simd: S, h: &[S::f64s; 9]) -> Horn<S> {
     });
     let mut squares = f!(simd, xx * xx);
     for entry in &h[1..] {
-        squares = simd.mul_add_e_f64s(*entry, *entry, squares);
+        squares = simd.mul_add_f64s(*entry, *entry, squares);
     }
     let (m0, m1, m2) = (f!(simd, yy * zz - yz * zy), f!(simd, yx * zz - yz * zx), f!(simd, yx * zy - yy * zx));
     let determinant = f!(simd, xx * m0 - xy * m1 + xz * m2);
@@ -229,6 +229,7 @@ fn largest<S: Simd, const COUNT: usize>(simd: S, matrices: &[Horn<S>; COUNT]) ->
     for k in 0..COUNT {
         eigenvalues[k] = matrices[k].bound;
     }
+    let mut moves = [simd.equal_f64s(rests, rests); COUNT];
     for _ in 0..STEPS {
         let mut resting = true;
         for k in 0..COUNT {
@@ -239,17 +240,19 @@ fn largest<S: Simd, const COUNT: usize>(simd: S, matrices: &[Horn<S>; COUNT]) ->
                 f!(simd, sum * lambda)
             };
             let a = f!(simd, b + c1);
-            let value = simd.mul_add_e_f64s(a, lambda, c0);
+            let value = simd.mul_add_f64s(a, lambda, c0);
             let twice = simd.mul_f64s(simd.splat_f64s(2.0), square);
             let inner = f!(simd, a + b);
-            let slope = simd.mul_add_e_f64s(twice, lambda, inner);
-            let half_bend = simd.mul_add_e_f64s(simd.splat_f64s(6.0), square, c2);
+            let slope = simd.mul_add_f64s(twice, lambda, inner);
+            let half_bend = simd.mul_add_f64s(simd.splat_f64s(6.0), square, c2);
             let (above, below) = (f!(simd, value * slope), f!(simd, slope * slope - value * half_bend));
             let step = simd.div_f64s(above, below);
-            let lambda = f!(simd, lambda - step);
-            let (size, small) = (simd.abs_f64s(step), f!(simd, rests * lambda));
-            resting &= simd.first_true_m64s(simd.greater_than_f64s(size, small)) >= S::F64_LANES;
-            eigenvalues[k] = lambda;
+            // A lane that rests does so whatever its neighbours do, of which others have more.
+            let next = f!(simd, lambda - step);
+            eigenvalues[k] = simd.select_f64s(moves[k], next, lambda);
+            let (size, small) = (simd.abs_f64s(step), f!(simd, rests * next));
+            moves[k] = simd.and_m64s(moves[k], simd.greater_than_f64s(size, small));
+            resting &= simd.first_true_m64s(moves[k]) >= S::F64_LANES;
         }
         if resting {
             break;
@@ -270,23 +273,23 @@ fn eigenvector<S: Simd>(simd: S, matrix: &Horn<S>, lambda: S::f64s) -> Found<S> 
     let b01 = f!(simd, k02 * l4 - k01 * l5 - k03 * l3);
     let b02 = {
         let rest = f!(simd, k13 * s5 - k23 * s4);
-        simd.mul_add_e_f64s(k33, s3, rest)
+        simd.mul_add_f64s(k33, s3, rest)
     };
     let b03 = f!(simd, k22 * s4 - k12 * s5 - k23 * s3);
     let b11 = f!(simd, k00 * l5 - k02 * l2 + k03 * l1);
     let b12 = f!(simd, k23 * s2 - k03 * s5 - k33 * s1);
     let b13 = {
         let rest = f!(simd, k02 * s5 - k22 * s2);
-        simd.mul_add_e_f64s(k23, s1, rest)
+        simd.mul_add_f64s(k23, s1, rest)
     };
     let b22 = {
         let rest = f!(simd, k03 * s4 - k13 * s2);
-        simd.mul_add_e_f64s(k33, s0, rest)
+        simd.mul_add_f64s(k33, s0, rest)
     };
     let b23 = f!(simd, k12 * s2 - k02 * s4 - k23 * s0);
     let b33 = {
         let rest = f!(simd, k02 * s3 - k12 * s1);
-        simd.mul_add_e_f64s(k22, s0, rest)
+        simd.mul_add_f64s(k22, s0, rest)
     };
     let (mut column, mut most) = ([b00, b01, b02, b03], simd.abs_f64s(b00));
     for (other, diagonal) in [([b01, b11, b12, b13], b11), ([b02, b12, b22, b23], b22), ([b03, b13, b23, b33], b33)] {
@@ -300,7 +303,7 @@ fn eigenvector<S: Simd>(simd: S, matrix: &Horn<S>, lambda: S::f64s) -> Found<S> 
     let [w, x, y, z] = column;
     let mut norm = f!(simd, w * w);
     for entry in [x, y, z] {
-        norm = simd.mul_add_e_f64s(entry, entry, norm);
+        norm = simd.mul_add_f64s(entry, entry, norm);
     }
     // Of the two quaternions of a rotation that with the positive real part.
     let sign =

@@ -8,6 +8,7 @@ use nalgebra::{Point3, Vector3};
 use pulp::Simd;
 
 use crate::flat_rows::{Frame, Strides, expanded, padded};
+use crate::instructions::sum_of_lanes;
 use crate::noise::{Noisy, OfFrame, lag_one};
 use crate::poses::{SHAPE_CONVERGED, Shape, change, mean_shape, pose_of, rebase, spread, start};
 use crate::registration_in_lanes::{Look, register_and_look};
@@ -269,7 +270,10 @@ impl Look for Seen<'_> {
             count += 1;
         }
         let zero = simd.splat_f64s(0.0);
-        let (mut squares, mut largest) = ([zero; BLOCK], [zero; BLOCK]);
+        // Of narrow registers, as many as hold what a wide one would, each with a sum of its own: lane by lane the same.
+        let parts = BLOCK / S::F64_LANES;
+        let (mut squares, mut largest) = ([[0.0; BLOCK]; BLOCK], [zero; BLOCK]);
+        let of_frames = S::as_mut_simd_f64s(squares.as_flattened_mut()).0;
         let masks = S::as_simd_f64s(&self.masks).0;
         let row = length / S::F64_LANES;
         let known = S::as_simd_f64s(&self.known).0;
@@ -287,30 +291,32 @@ impl Look for Seen<'_> {
             let place = [places[0][at], places[1][at], places[2][at]];
             let mut sums = [x[at], y[at], z[at]];
             let plain = plain && at < full;
+            let squares = of_frames.chunks_exact_mut(parts).map(|of_frame| &mut of_frame[at % parts]);
             for ((frame, mask), (squares, largest)) in
-                frames.iter().zip(masks.chunks_exact(row)).zip(squares.iter_mut().zip(&mut largest)).take(count)
+                frames.iter().zip(masks.chunks_exact(row)).zip(squares.zip(&mut largest)).take(count)
             {
                 let turn = frame.turn[k];
                 let mut d = if plain { frame.inside(simd, at, k) } else { frame.about_the_body(simd, at, k) };
                 let there = simd.mul_f64s(turn[0], place[0]);
-                let there = simd.mul_add_e_f64s(turn[1], place[1], there);
-                let there = simd.mul_add_e_f64s(turn[2], place[2], there);
+                let there = simd.mul_add_f64s(turn[1], place[1], there);
+                let there = simd.mul_add_f64s(turn[2], place[2], there);
                 let mut off = simd.sub_f64s(d, there);
                 if !plain {
                     d = simd.mul_f64s(d, mask[at]);
                     off = simd.mul_f64s(simd.mul_f64s(off, mask[at]), known[at]);
                 }
-                sums[0] = simd.mul_add_e_f64s(turn[0], d, sums[0]);
-                sums[1] = simd.mul_add_e_f64s(turn[1], d, sums[1]);
-                sums[2] = simd.mul_add_e_f64s(turn[2], d, sums[2]);
-                *squares = simd.mul_add_e_f64s(off, off, *squares);
+                sums[0] = simd.mul_add_f64s(turn[0], d, sums[0]);
+                sums[1] = simd.mul_add_f64s(turn[1], d, sums[1]);
+                sums[2] = simd.mul_add_f64s(turn[2], d, sums[2]);
+                *squares = simd.mul_add_f64s(off, off, *squares);
                 *largest = simd.max_f64s(*largest, simd.abs_f64s(off));
             }
             [x[at], y[at], z[at]] = sums;
         }
         for number in 0..count {
             self.largest.push((numbers[number], simd.reduce_max_f64s(largest[number])));
-            self.frames.push(OfFrame { samples: samples[number], squares: simd.reduce_sum_f64s(squares[number]) });
+            let squares = sum_of_lanes(&squares[number]);
+            self.frames.push(OfFrame { samples: samples[number], squares });
         }
     }
 }

@@ -8,7 +8,7 @@
 
 mod bends;
 
-use jointscope_motion::{Pose, arch, twist, twist::Twist};
+use jointscope_motion::{Pose, arch, sum_of_lanes, twist, twist::Twist};
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use pulp::{Simd, WithSimd};
 
@@ -191,10 +191,13 @@ impl<const BENT: bool> Equations<'_, BENT> {
         let Self { white, carry, linear } = self;
         let freedoms = linear.freedoms;
         let zero = simd.splat_f64s(0.0);
-        let (mut normal, mut gradient) = ([[zero; COLUMNS]; COLUMNS], [zero; COLUMNS]);
-        let mut bends = bends::Sums::<S, COLUMNS>::zero(simd);
-        for (white, block) in white.0.iter().zip(&mut linear.blocks) {
-            for at in 0..BLOCK / S::F64_LANES {
+        let (mut normals, mut gradients) = ([[[0.0; BLOCK]; COLUMNS]; COLUMNS], [[0.0; BLOCK]; COLUMNS]);
+        let mut all_bends = bends::Lanes::<COLUMNS>::ZERO;
+        // Narrow registers hold a part of the lanes at a time.
+        for at in 0..BLOCK / S::F64_LANES {
+            let (mut normal, mut gradient) = ([[zero; COLUMNS]; COLUMNS], [zero; COLUMNS]);
+            let mut bends = bends::Sums::<S, COLUMNS>::zero(simd);
+            for (white, block) in white.0.iter().zip(&mut linear.blocks) {
                 let mut w = [[zero; 6]; 6];
                 for r in 0..6 {
                     for c in 0..6 {
@@ -208,7 +211,7 @@ impl<const BENT: bool> Equations<'_, BENT> {
                 let mut residual = [zero; 6];
                 for r in 0..6 {
                     for c in 0..6 {
-                        residual[r] = simd.mul_add_e_f64s(w[r][c], left[c], residual[r]);
+                        residual[r] = simd.mul_add_f64s(w[r][c], left[c], residual[r]);
                     }
                 }
                 let dual = unwhitened(simd, &w, &residual);
@@ -224,7 +227,7 @@ impl<const BENT: bool> Equations<'_, BENT> {
                     for constant in 0..COLUMNS - 12 {
                         for m in 0..6 {
                             let by = load(simd, &block.by_constants[6 * constant + m], at);
-                            j[r][12 + constant] = simd.mul_add_e_f64s(along[r][m], by, j[r][12 + constant]);
+                            j[r][12 + constant] = simd.mul_add_f64s(along[r][m], by, j[r][12 + constant]);
                         }
                     }
                 }
@@ -234,27 +237,36 @@ impl<const BENT: bool> Equations<'_, BENT> {
                 }
                 for a in 0..COLUMNS {
                     for r in 0..6 {
-                        gradient[a] = simd.mul_add_e_f64s(j[r][a], residual[r], gradient[a]);
+                        gradient[a] = simd.mul_add_f64s(j[r][a], residual[r], gradient[a]);
                     }
                     for b in a..COLUMNS {
                         let mut sum = normal[a][b];
                         for r in 0..6 {
-                            sum = simd.mul_add_e_f64s(j[r][a], j[r][b], sum);
+                            sum = simd.mul_add_f64s(j[r][a], j[r][b], sum);
                         }
                         normal[a][b] = sum;
                     }
                 }
             }
+            for a in 0..COLUMNS {
+                store(simd, &mut gradients[a], at, gradient[a]);
+                for b in a..COLUMNS {
+                    store(simd, &mut normals[a][b], at, normal[a][b]);
+                }
+            }
+            if BENT {
+                bends.store(simd, &mut all_bends, at);
+            }
         }
         let (mut sums, mut right) = (Normal::zeros(), Unknowns::zeros());
         for a in 0..COLUMNS {
-            right[a] = simd.reduce_sum_f64s(gradient[a]);
+            right[a] = sum_of_lanes(&gradients[a]);
             for b in a..COLUMNS {
-                sums[(a, b)] = simd.reduce_sum_f64s(normal[a][b]);
+                sums[(a, b)] = sum_of_lanes(&normals[a][b]);
                 sums[(b, a)] = sums[(a, b)];
             }
         }
-        (sums, right, if BENT { Some(bends.summed_up(simd)) } else { None })
+        (sums, right, if BENT { Some(all_bends.summed_up()) } else { None })
     }
 }
 
@@ -274,7 +286,7 @@ fn unwhitened<S: Simd>(simd: S, w: &[[S::f64s; 6]; 6], whitened: &[S::f64s; 6]) 
     let mut dual = [simd.splat_f64s(0.0); 6];
     for r in 0..6 {
         for c in 0..6 {
-            dual[c] = simd.mul_add_e_f64s(w[r][c], whitened[r], dual[c]);
+            dual[c] = simd.mul_add_f64s(w[r][c], whitened[r], dual[c]);
         }
     }
     dual
@@ -305,7 +317,7 @@ fn whitened_carry<S: Simd>(simd: S, w: &[[S::f64s; 6]; 6], carry: &Matrix6<f64>)
         for m in (if c < 3 { 0 } else { 3 })..6 {
             let factor = simd.splat_f64s(carry[(m, c)]);
             for r in 0..6 {
-                carried[r][c] = simd.mul_add_e_f64s(w[r][m], factor, carried[r][c]);
+                carried[r][c] = simd.mul_add_f64s(w[r][m], factor, carried[r][c]);
             }
         }
     }
@@ -320,9 +332,9 @@ fn carried_back<S: Simd>(simd: S, carried: &[[S::f64s; 6]; 6], block: &Block, pa
         for c in 0..3 {
             let (turn, lift) = (load(simd, &block.turn[3 * m + c], part), load(simd, &block.lift[3 * m + c], part));
             for r in 0..6 {
-                let sum = simd.mul_add_e_f64s(carried[r][m], turn, along[r][c]);
-                along[r][c] = simd.mul_add_e_f64s(carried[r][3 + m], lift, sum);
-                along[r][3 + c] = simd.mul_add_e_f64s(carried[r][3 + m], turn, along[r][3 + c]);
+                let sum = simd.mul_add_f64s(carried[r][m], turn, along[r][c]);
+                along[r][c] = simd.mul_add_f64s(carried[r][3 + m], lift, sum);
+                along[r][3 + c] = simd.mul_add_f64s(carried[r][3 + m], turn, along[r][3 + c]);
             }
         }
     }
@@ -347,7 +359,7 @@ fn eliminate<S: Simd, const COLUMNS: usize>(
         for m in 0..6 {
             let twist = load(simd, &block.twists[6 * k + m], part);
             for r in 0..6 {
-                column[r] = simd.mul_add_e_f64s(along[r][m], twist, column[r]);
+                column[r] = simd.mul_add_f64s(along[r][m], twist, column[r]);
             }
         }
         for other in 0..k {
@@ -371,7 +383,7 @@ fn eliminate<S: Simd, const COLUMNS: usize>(
         for c in 0..COLUMNS {
             let mut row = zero;
             for r in 0..6 {
-                row = simd.mul_add_e_f64s(column[r], j[r][c], row);
+                row = simd.mul_add_f64s(column[r], j[r][c], row);
             }
             store(simd, &mut block.rows[k][c], part, row);
             for r in 0..6 {
@@ -396,7 +408,7 @@ fn cross<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> [S::f64s; 3] {
 fn scalar_product<S: Simd>(simd: S, a: &[S::f64s; 6], b: &[S::f64s; 6]) -> S::f64s {
     let mut sum = simd.mul_f64s(a[0], b[0]);
     for r in 1..6 {
-        sum = simd.mul_add_e_f64s(a[r], b[r], sum);
+        sum = simd.mul_add_f64s(a[r], b[r], sum);
     }
     sum
 }

@@ -3,10 +3,11 @@
 //! A joint that leaves more free than there is fits noise with its positions, a sphere to a hinge say, and where its centre
 //! then is matters as much by these products as by the derivatives themselves: steps without them creep, or go uphill.
 
+use jointscope_motion::sum_of_lanes;
 use nalgebra::{Matrix6, SMatrix};
 use pulp::Simd;
 
-use super::{Block, cross, entry, load, store};
+use super::{BLOCK, Block, cross, entry, load, store};
 use crate::lower_pair::engine::{Normal, UNKNOWNS, Unknowns};
 
 /// Unknowns of which bends are known: those of joint and home pose.
@@ -68,7 +69,30 @@ fn weak_directions(normal: &Normal) -> SMatrix<f64, UNKNOWNS, WEAK> {
     weak
 }
 
-/// Sums over frames, those of different lanes apart.
+/// Sums over frames, those of all lanes apart.
+pub(super) struct Lanes<const COLUMNS: usize> {
+    normal: [[super::Lanes; COLUMNS]; PLACED],
+    gradient: [super::Lanes; PLACED],
+}
+
+impl<const COLUMNS: usize> Lanes<COLUMNS> {
+    pub(super) const ZERO: Self = Self { normal: [[[0.0; BLOCK]; COLUMNS]; PLACED], gradient: [[0.0; BLOCK]; PLACED] };
+
+    #[inline(always)]
+    pub(super) fn summed_up(&self) -> Bends {
+        let mut bends = Bends { normal: Normal::zeros(), gradient: Unknowns::zeros() };
+        for a in 0..PLACED {
+            bends.gradient[a] = sum_of_lanes(&self.gradient[a]);
+            for b in a..COLUMNS {
+                bends.normal[(a, b)] = sum_of_lanes(&self.normal[a][b]);
+                bends.normal[(b, a)] = bends.normal[(a, b)];
+            }
+        }
+        bends
+    }
+}
+
+/// Sums over frames, those of different lanes of a register apart.
 pub(super) struct Sums<S: Simd, const COLUMNS: usize> {
     normal: [[S::f64s; COLUMNS]; PLACED],
     gradient: [S::f64s; PLACED],
@@ -81,17 +105,15 @@ impl<S: Simd, const COLUMNS: usize> Sums<S, COLUMNS> {
         Self { normal: [[zero; COLUMNS]; PLACED], gradient: [zero; PLACED] }
     }
 
+    /// Stores a part of the lanes.
     #[inline(always)]
-    pub(super) fn summed_up(self, simd: S) -> Bends {
-        let mut bends = Bends { normal: Normal::zeros(), gradient: Unknowns::zeros() };
+    pub(super) fn store(&self, simd: S, lanes: &mut Lanes<COLUMNS>, part: usize) {
         for a in 0..PLACED {
-            bends.gradient[a] = simd.reduce_sum_f64s(self.gradient[a]);
+            store(simd, &mut lanes.gradient[a], part, self.gradient[a]);
             for b in a..COLUMNS {
-                bends.normal[(a, b)] = simd.reduce_sum_f64s(self.normal[a][b]);
-                bends.normal[(b, a)] = bends.normal[(a, b)];
+                store(simd, &mut lanes.normal[a][b], part, self.normal[a][b]);
             }
         }
-        bends
     }
 
     /// Adds the frames of a register, whose positions are eliminated; `dual` is the gradient of their cost by the residual.
@@ -137,13 +159,13 @@ impl<S: Simd, const COLUMNS: usize> Sums<S, COLUMNS> {
             }
             for c in 0..PLACED {
                 bent[k][c] = simd.div_f64s(bent[k][c], length);
-                self.gradient[c] = simd.mul_add_e_f64s(bent[k][c], own, self.gradient[c]);
+                self.gradient[c] = simd.mul_add_f64s(bent[k][c], own, self.gradient[c]);
             }
             for a in 0..PLACED {
                 for b in a..COLUMNS {
-                    let mut sum = simd.mul_add_e_f64s(bent[k][a], rows[b], self.normal[a][b]);
+                    let mut sum = simd.mul_add_f64s(bent[k][a], rows[b], self.normal[a][b]);
                     if b < PLACED {
-                        sum = simd.mul_add_e_f64s(bent[k][b], simd.add_f64s(rows[a], bent[k][a]), sum);
+                        sum = simd.mul_add_f64s(bent[k][b], simd.add_f64s(rows[a], bent[k][a]), sum);
                     }
                     self.normal[a][b] = sum;
                 }
@@ -164,8 +186,8 @@ fn turned_back<S: Simd>(simd: S, block: &Block, freedom: usize, part: usize) -> 
             let (turn, lift) = (load(simd, &block.turn[3 * m + c], part), load(simd, &block.lift[3 * m + c], part));
             let angular = load(simd, &block.twists[6 * freedom + c], part);
             let linear = load(simd, &block.twists[6 * freedom + 3 + c], part);
-            out[m] = simd.mul_add_e_f64s(turn, angular, out[m]);
-            out[3 + m] = simd.mul_add_e_f64s(turn, linear, simd.mul_add_e_f64s(lift, angular, out[3 + m]));
+            out[m] = simd.mul_add_f64s(turn, angular, out[m]);
+            out[3 + m] = simd.mul_add_f64s(turn, linear, simd.mul_add_f64s(lift, angular, out[3 + m]));
         }
     }
     out
@@ -178,8 +200,8 @@ fn with_turned<S: Simd>(simd: S, block: &Block, part: usize, covector: &[S::f64s
     for m in 0..3 {
         for c in 0..3 {
             let (turn, lift) = (load(simd, &block.turn[3 * m + c], part), load(simd, &block.lift[3 * m + c], part));
-            out[c] = simd.mul_add_e_f64s(turn, covector[m], simd.mul_add_e_f64s(lift, covector[3 + m], out[c]));
-            out[3 + c] = simd.mul_add_e_f64s(turn, covector[3 + m], out[3 + c]);
+            out[c] = simd.mul_add_f64s(turn, covector[m], simd.mul_add_f64s(lift, covector[3 + m], out[c]));
+            out[3 + c] = simd.mul_add_f64s(turn, covector[3 + m], out[3 + c]);
         }
     }
     out
@@ -192,7 +214,7 @@ fn carried<S: Simd>(simd: S, carry: &Matrix6<f64>, twist: &[S::f64s; 6]) -> [S::
     for r in 0..6 {
         // The upper right of an adjoint is zero.
         for c in 0..(if r < 3 { 3 } else { 6 }) {
-            out[r] = simd.mul_add_e_f64s(simd.splat_f64s(carry[(r, c)]), twist[c], out[r]);
+            out[r] = simd.mul_add_f64s(simd.splat_f64s(carry[(r, c)]), twist[c], out[r]);
         }
     }
     out
@@ -204,7 +226,7 @@ fn carried_over<S: Simd>(simd: S, carry: &Matrix6<f64>, covector: &[S::f64s; 6])
     let mut out = [simd.splat_f64s(0.0); 6];
     for c in 0..6 {
         for r in (if c < 3 { 0 } else { 3 })..6 {
-            out[c] = simd.mul_add_e_f64s(simd.splat_f64s(carry[(r, c)]), covector[r], out[c]);
+            out[c] = simd.mul_add_f64s(simd.splat_f64s(carry[(r, c)]), covector[r], out[c]);
         }
     }
     out
