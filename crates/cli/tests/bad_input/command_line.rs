@@ -57,6 +57,23 @@ fn the_number_of_threads_changes_no_byte() {
 }
 
 #[test]
+fn instructions_that_are_asked_for_change_no_byte_and_unknown_ones_are_refused() {
+    let place = Place::with(door());
+    let by =
+        |set: &str| place.command(&RUN_JSON).env("JOINTSCOPE_INSTRUCTIONS", set).output().expect("the program starts");
+    let expected = place.done(&RUN_JSON);
+    for set in ["", "scalar"] {
+        assert_eq!(String::from_utf8(by(set).stdout).expect("UTF-8"), expected, "`{set}`");
+    }
+    let refused = by("mmx");
+    let message = String::from_utf8(refused.stderr).expect("UTF-8");
+    assert_eq!((refused.status.code(), refused.stdout.len()), (Some(USAGE), 0), "{message}");
+    for part in ["JOINTSCOPE_INSTRUCTIONS is `mmx`", "this machine has scalar", "unset"] {
+        assert!(message.contains(part), "`{part}` is missing in\n{message}");
+    }
+}
+
+#[test]
 fn quiet_says_nothing_beside_the_result_and_changes_nothing_of_it() {
     let place = Place::with(door());
     // That nothing goes to the standard error is checked by `done`.

@@ -108,7 +108,7 @@ impl JointModel for ThesisRevolute {
             Some(columns) => self.seen_in_rows(motion, columns),
             None => self.seen_in(motion, &trajectories_by_feature(motion, 3)?),
         };
-        let arcs = Arc::telling(&all);
+        let arcs = all.telling();
         let count = arcs.len() as f64;
         let fits = arcs.iter().map(|arc| arc.on_circle);
         let circle_fit = match self.trajectories {
@@ -164,11 +164,24 @@ impl Arc {
         let on_circle = if is_still { 0.0 } else { 1.0 };
         Self { feature, circle: None, on_circle, degrees: u16::from(!is_still), is_still }
     }
+}
+
+/// The arcs of all features, those that move before those that are still.
+struct Arcs {
+    all: Vec<Arc>,
+    moving: usize,
+}
+
+impl Arcs {
+    fn of(mut all: Vec<Arc>) -> Self {
+        all.sort_unstable_by_key(|arc| (arc.is_still, arc.feature));
+        let moving = all.partition_point(|arc| !arc.is_still);
+        Self { all, moving }
+    }
 
     /// A feature exactly on the axis has no circle, and says nothing where others move.
-    fn telling(arcs: &[Self]) -> Vec<&Self> {
-        let none_moves = arcs.iter().all(|arc| arc.is_still);
-        arcs.iter().filter(|arc| none_moves || !arc.is_still).collect()
+    fn telling(&self) -> &[Arc] {
+        if self.moving == 0 { &self.all } else { &self.all[..self.moving] }
     }
 }
 
@@ -182,7 +195,7 @@ struct Turning {
 }
 
 impl ThesisRevolute {
-    fn seen_in(&self, motion: &RelativeMotion<'_>, tracks: &[(usize, Trajectory<'_>)]) -> (Vec<Arc>, Option<Turning>) {
+    fn seen_in(&self, motion: &RelativeMotion<'_>, tracks: &[(usize, Trajectory<'_>)]) -> (Arcs, Option<Turning>) {
         let arc = |(feature, track): &(usize, Trajectory<'_>)| {
             let is_still = is_still(track);
             let Some(circle) = Circle::through(track.points, self.circle) else {
@@ -192,18 +205,17 @@ impl ThesisRevolute {
             let degrees = occupied(track.points.iter().map(|point| circle.on_unit_circle(point)));
             Arc { feature: *feature, circle: Some(circle), on_circle, degrees, is_still }
         };
-        let arcs: Vec<Arc> = tracks.iter().map(arc).collect();
-        let telling = Arc::telling(&arcs);
-        let turning = self.axis(&telling).map(|about| Turning {
+        let arcs = Arcs::of(tracks.iter().map(arc).collect());
+        let turning = self.axis(arcs.telling()).map(|about| Turning {
             angles: positions::angles(motion, about.point, about.direction),
-            off: off_circles(motion, &telling, about.point, about.direction),
+            off: off_circles(motion, arcs.telling(), about.point, about.direction),
             about,
         });
         (arcs, turning)
     }
 
     /// The same of features that are always seen: moments tell circles and axis, and one look the rest.
-    fn seen_in_rows(&self, motion: &RelativeMotion<'_>, columns: Columns<'_>) -> (Vec<Arc>, Option<Turning>) {
+    fn seen_in_rows(&self, motion: &RelativeMotion<'_>, columns: Columns<'_>) -> (Arcs, Option<Turning>) {
         let known = columns.summaries();
         let arc = |(feature, circle): (usize, Option<Circle>)| {
             let is_still = known[feature].moved <= ROUNDING * known[feature].magnitude;
@@ -212,28 +224,29 @@ impl ThesisRevolute {
                 None => Arc::without_circle(feature, is_still),
             }
         };
-        let mut arcs: Vec<Arc> = Circle::through_all(known, self.circle).into_iter().enumerate().map(arc).collect();
-        let axis = self.axis(&Arc::telling(&arcs));
+        let mut arcs = Arcs::of(Circle::through_all(known, self.circle).into_iter().enumerate().map(arc).collect());
+        let axis = self.axis(arcs.telling());
         let mut turned =
             axis.as_ref().map(|axis| Turned::about(axis.point, positions::across(axis.direction), columns));
-        let mut degrees = vec![Degrees::default(); arcs.len()];
+        let mut degrees = vec![Degrees::default(); arcs.all.len()];
         columns.in_turn(|frame, rows| {
-            for ((rows, arc), degrees) in rows.iter().zip(&mut arcs).zip(&mut degrees) {
+            for (arc, degrees) in arcs.all.iter_mut().zip(&mut degrees) {
+                let rows = rows[arc.feature];
                 if let Some(circle) = &arc.circle {
-                    arc.on_circle += lanes::on_circle(*rows, circle, self.circle_tolerance, degrees);
+                    arc.on_circle += lanes::on_circle(rows, circle, self.circle_tolerance, degrees);
                 }
                 if let Some(turned) = &mut turned {
-                    turned.add(frame, arc.feature, *rows);
+                    turned.add(frame, arc.feature, rows);
                 }
             }
         });
         let count = columns.frames() as f64;
-        for (arc, degrees) in arcs.iter_mut().zip(degrees).filter(|(arc, _)| arc.circle.is_some()) {
+        for (arc, degrees) in arcs.all.iter_mut().zip(degrees).filter(|(arc, _)| arc.circle.is_some()) {
             arc.on_circle /= count;
             arc.degrees = degrees.occupied();
         }
         let turning = axis.zip(turned).map(|(about, turned)| {
-            let telling = Arc::telling(&arcs);
+            let telling = arcs.telling();
             let sum: f64 = telling.iter().map(|arc| turned.off_circle(arc.feature, columns.frames())).sum();
             let off = above_rounding((sum / (telling.len() as f64 * count)).sqrt(), columns);
             Turning { about, angles: positions::unwrapped(motion, &turned), off }
@@ -250,14 +263,14 @@ impl ThesisRevolute {
         track.points.iter().filter(on_circle).count() as f64 / track.points.len() as f64
     }
 
-    /// The axis to which circles point.
-    fn axis(&self, arcs: &[&Arc]) -> Option<CentreLine> {
-        self.axis_of(&arcs.iter().filter_map(|arc| arc.circle.as_ref()).collect::<Vec<_>>())
+    /// The axis to which arcs point.
+    fn axis(&self, arcs: &[Arc]) -> Option<CentreLine> {
+        self.axis_of(arcs.iter().filter_map(|arc| arc.circle.as_ref()))
     }
 
-    fn axis_of(&self, circles: &[&Circle]) -> Option<CentreLine> {
-        let places: Vec<Point3<f64>> = circles.iter().map(|c| c.centre).collect();
-        let mean_radius = circles.iter().map(|c| c.radius).sum::<f64>() / circles.len() as f64;
+    fn axis_of<'c>(&self, circles: impl Iterator<Item = &'c Circle> + Clone) -> Option<CentreLine> {
+        let places: Vec<Point3<f64>> = circles.clone().map(|c| c.centre).collect();
+        let mean_radius = circles.clone().map(|c| c.radius).sum::<f64>() / places.len() as f64;
         let centres = Centres::new(&places, mean_radius)?;
         let one_centre = centres.are_one();
         if one_centre && self.lone_trajectory == LoneTrajectory::Refuse {
@@ -265,7 +278,7 @@ impl ThesisRevolute {
         }
         let (direction, spread) = centres.extent();
         if one_centre || (self.turntable && spread > self.turntable_spread) {
-            let normals = circles.iter().map(|c| c.normal.into_inner() * c.normal.transpose()).sum();
+            let normals = circles.map(|c| c.normal.into_inner() * c.normal.transpose()).sum();
             return Some(centres.along(principal_axes(normals)[0].1, self.axis_tolerance, AxisRadius::Circle));
         }
         Some(centres.along(direction, self.axis_tolerance, self.axis_radius))
@@ -273,7 +286,7 @@ impl ThesisRevolute {
 }
 
 /// Root mean square distance of the samples from their features' circles about a common axis, metres.
-fn off_circles(motion: &RelativeMotion<'_>, arcs: &[&Arc], point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
+fn off_circles(motion: &RelativeMotion<'_>, arcs: &[Arc], point: Point3<f64>, direction: Unit<Vector3<f64>>) -> f64 {
     let place = |p: &Point3<f64>| {
         let d = p - point;
         (direction.cross(&d).norm(), direction.dot(&d))
@@ -308,7 +321,7 @@ mod tests {
     fn centres_beside_the_axis_do_not_count() {
         // Extent 1 m along z: the tube's radius is 0.1 m. One centre of five is 0.15 m off.
         let circles = circles(&[[0., 0., -0.5], [0., 0., -0.25], [0.15, 0., 0.], [0., 0., 0.25], [0., 0., 0.5]]);
-        let axis = ThesisRevolute::default().axis_of(&circles.iter().collect::<Vec<_>>()).expect("an axis");
+        let axis = ThesisRevolute::default().axis_of(circles.iter()).expect("an axis");
         assert_eq!(axis.inside, 4);
         assert!(axis.direction.cross(&Vector3::z()).norm() < 0.1);
     }
@@ -316,9 +329,8 @@ mod tests {
     #[test]
     fn a_turntable_takes_its_axis_from_the_normals() {
         let circles = circles(&[[0.001, 0., 0.], [-0.001, 0.001, 0.], [0., -0.001, 0.0005], [0.0005, 0.001, -0.001]]);
-        let circles: Vec<_> = circles.iter().collect();
         let angle = |turntable| {
-            let axis = ThesisRevolute { turntable, ..Default::default() }.axis_of(&circles).expect("an axis");
+            let axis = ThesisRevolute { turntable, ..Default::default() }.axis_of(circles.iter()).expect("an axis");
             axis.direction.cross(&Vector3::z()).norm().asin().to_degrees()
         };
         assert!(angle(true) < 1e-6 && angle(false) > 30.0, "{} {}", angle(true), angle(false));
@@ -327,9 +339,8 @@ mod tests {
     #[test]
     fn one_circle_has_its_normal_for_an_axis_unless_refused() {
         let circles = circles(&[[1., 2., 3.]]);
-        let one: Vec<_> = circles.iter().collect();
-        assert_eq!(ThesisRevolute::default().axis_of(&one).expect("its normal").inside, 1);
+        assert_eq!(ThesisRevolute::default().axis_of(circles.iter()).expect("its normal").inside, 1);
         let refuse = ThesisRevolute { lone_trajectory: LoneTrajectory::Refuse, ..Default::default() };
-        assert!(refuse.axis_of(&one).is_none());
+        assert!(refuse.axis_of(circles.iter()).is_none());
     }
 }
