@@ -205,7 +205,6 @@ fn add_frame<S: Simd>(
     sums: &mut Sums,
     lane: usize,
 ) -> [S::f64s; 12] {
-    let lanes = S::F64_LANES;
     let positions: &[f64] = cast_slice(tracks.frame(frame));
     let features = places.known.len();
     let whole = places.complete
@@ -231,67 +230,89 @@ fn add_frame<S: Simd>(
             sums.source[axis][lane] = source[axis];
         }
     }
-    let zero = simd.splat_f64s(0.0);
-    // Of narrow registers, as many as hold what a wide one would, each with sums of its own: lane by lane the same.
-    let parts = BLOCK / lanes;
-    let (mut covariance, mut target) = ([[[zero; 3]; BLOCK]; 3], [[zero; 3]; BLOCK]);
-    let x = S::as_simd_f64s(&places.expanded[0]).0;
-    let y = S::as_simd_f64s(&places.expanded[1]).0;
-    let z = S::as_simd_f64s(&places.expanded[2]).0;
-    let row = S::as_simd_f64s(row).0;
-    let (full, rest) = S::as_simd_f64s(positions);
-    let triples = full.len() / (3 * parts);
-    for triple in 0..triples {
-        for k in 0..3 {
-            for part in 0..parts {
-                let at = (3 * triple + k) * parts + part;
-                ahead_of(positions[lanes * at..].as_ptr(), AHEAD);
-                let mut q = full[at];
-                if !whole {
-                    q = simd.mul_f64s(q, row[at]);
-                }
-                covariance[0][part][k] = simd.mul_add_f64s(x[at], q, covariance[0][part][k]);
-                covariance[1][part][k] = simd.mul_add_f64s(y[at], q, covariance[1][part][k]);
-                covariance[2][part][k] = simd.mul_add_f64s(z[at], q, covariance[2][part][k]);
-                target[part][k] = simd.add_f64s(target[part][k], q);
-            }
-        }
+    let numbers = Numbers {
+        places: [0, 1, 2].map(|axis| S::as_simd_f64s(&places.expanded[axis]).0),
+        positions,
+        weights: if whole { None } else { Some(S::as_simd_f64s(row).0) },
+    };
+    // Narrow registers hold a part of what a wide one would, and sums are those of wide ones, lane by lane.
+    match BLOCK / S::F64_LANES {
+        1 => numbers.products(simd, 0),
+        2 => added(simd, numbers.products(simd, 0), numbers.products(simd, 1)),
+        4 => numbers.products_of_four(simd, 0, 1),
+        _ => added(simd, numbers.products_of_four(simd, 0, 2), numbers.products_of_four(simd, 1, 2)),
     }
-    for at in 3 * triples * parts..(3 * features).div_ceil(lanes) {
-        let (k, part) = (at / parts - 3 * triples, at % parts);
-        let mut q = if at < full.len() { full[at] } else { simd.partial_load_f64s(rest) };
-        if !whole {
-            q = simd.mul_f64s(q, row[at]);
-        }
-        covariance[0][part][k] = simd.mul_add_f64s(x[at], q, covariance[0][part][k]);
-        covariance[1][part][k] = simd.mul_add_f64s(y[at], q, covariance[1][part][k]);
-        covariance[2][part][k] = simd.mul_add_f64s(z[at], q, covariance[2][part][k]);
-        target[part][k] = simd.add_f64s(target[part][k], q);
-    }
-    let mut products = [zero; 12];
-    for (row, registers) in [covariance[0], covariance[1], covariance[2], target].into_iter().enumerate() {
-        let mut by_coordinate = [[zero; 3]; BLOCK];
-        for part in 0..parts {
-            by_coordinate[part] = self::by_coordinate(simd, part, registers[part]);
-        }
-        for k in 0..3 {
-            products[3 * row + k] = added_up(simd, parts, by_coordinate.map(|of_part| of_part[k]));
-        }
-    }
-    products
 }
 
-/// The sum of as many registers as hold what a wide one would: its two halves, and theirs in turn.
-#[inline(always)]
-fn added_up<S: Simd>(simd: S, parts: usize, mut registers: [S::f64s; BLOCK]) -> S::f64s {
-    let mut left = parts;
-    while left > 1 {
-        left /= 2;
-        for part in 0..left {
-            registers[part] = simd.add_f64s(registers[part], registers[part + left]);
+/// A frame's numbers, the places of the shape that they meet, and weights unless all are 1.
+struct Numbers<'a, S: Simd> {
+    places: [&'a [S::f64s]; 3],
+    positions: &'a [f64],
+    weights: Option<&'a [S::f64s]>,
+}
+
+impl<S: Simd> Numbers<'_, S> {
+    /// `Σ w p qᵀ`, row by row, and `Σ w q`, in one part of the lanes.
+    #[inline(always)]
+    fn products(&self, simd: S, part: usize) -> [S::f64s; 12] {
+        let (zero, parts) = (simd.splat_f64s(0.0), BLOCK / S::F64_LANES);
+        let (full, rest) = S::as_simd_f64s(self.positions);
+        // Rows of the covariance, and the targets.
+        let mut sums = [[zero; 3]; 4];
+        let triples = full.len() / (3 * parts);
+        for triple in 0..triples {
+            for k in 0..3 {
+                let at = (3 * triple + k) * parts + part;
+                if part == 0 {
+                    ahead_of(self.positions[S::F64_LANES * at..].as_ptr(), AHEAD);
+                }
+                self.add(simd, &mut sums, k, at, full[at]);
+            }
         }
+        for k in 0..3 {
+            let at = (3 * triples + k) * parts + part;
+            if at < full.len() {
+                self.add(simd, &mut sums, k, at, full[at]);
+            } else if at == full.len() && !rest.is_empty() {
+                self.add(simd, &mut sums, k, at, simd.partial_load_f64s(rest));
+            }
+        }
+        let mut products = [zero; 12];
+        for (row, registers) in sums.into_iter().enumerate() {
+            let by_coordinate = by_coordinate(simd, part, registers);
+            for k in 0..3 {
+                products[3 * row + k] = by_coordinate[k];
+            }
+        }
+        products
     }
-    registers[0]
+
+    /// Adds a register, whose coordinates are those of the register `k` of a triple.
+    #[inline(always)]
+    fn add(&self, simd: S, sums: &mut [[S::f64s; 3]; 4], k: usize, at: usize, mut q: S::f64s) {
+        if let Some(weights) = self.weights {
+            q = simd.mul_f64s(q, weights[at]);
+        }
+        for axis in 0..3 {
+            sums[axis][k] = simd.mul_add_f64s(self.places[axis][at], q, sums[axis][k]);
+        }
+        sums[3][k] = simd.add_f64s(sums[3][k], q);
+    }
+
+    /// The same of four parts, of every so many from the first on.
+    #[inline(always)]
+    fn products_of_four(&self, simd: S, first: usize, every: usize) -> [S::f64s; 12] {
+        let pair = |part| added(simd, self.products(simd, part), self.products(simd, part + 2 * every));
+        added(simd, pair(first), pair(first + every))
+    }
+}
+
+#[inline(always)]
+fn added<S: Simd>(simd: S, mut a: [S::f64s; 12], b: [S::f64s; 12]) -> [S::f64s; 12] {
+    for k in 0..12 {
+        a[k] = simd.add_f64s(a[k], b[k]);
+    }
+    a
 }
 
 /// Of three wide registers that hold all coordinates in turn, each lane each of them once, the lanes of every coordinate in
@@ -308,7 +329,7 @@ fn by_coordinate<S: Simd>(simd: S, part: usize, [a, b, c]: [S::f64s; 3]) -> [S::
     [first, second, third]
 }
 
-/// The sum over the lanes of each of several registers, in the order of [`added_up`].
+/// The sum over the lanes of each of several registers, in the order of `sum_of_lanes`.
 ///
 /// Of two registers, the lower half of the one and the upper half of the other are added to their other halves; of two that
 /// come of that, every other quarter; and so on, until each lane is the sum of one register.
