@@ -19,10 +19,9 @@ use bytemuck::cast_slice;
 use nalgebra::Point3;
 use pulp::{Simd, WithSimd};
 
-use crate::instructions::arch;
-
 use crate::extent::FarEnds;
 use crate::flat_rows::lanes_lack;
+use crate::instructions::arch;
 use crate::prefetch::ahead_of;
 use crate::tracks::SeenAtScale;
 use crate::{Extents, Pose, Tracks, evenly};

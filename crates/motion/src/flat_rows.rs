@@ -12,7 +12,6 @@ use nalgebra::{Point3, Vector3};
 use pulp::{Simd, WithSimd};
 
 use crate::instructions::arch;
-
 use crate::{Pose, Tracks};
 
 /// Lanes of the widest registers.

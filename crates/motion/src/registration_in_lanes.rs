@@ -10,9 +10,8 @@ use bytemuck::cast_slice;
 use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
 
-use crate::instructions::arch;
-
 use crate::flat_rows::{expanded, holds, lanes_lack};
+use crate::instructions::arch;
 use crate::prefetch::{AHEAD, ahead_of};
 use crate::registration::register_weighted;
 use crate::rotation_in_lanes::{BLOCK, have_digits, solve_rotations};

@@ -9,7 +9,6 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 use pulp::{Simd, WithSimd};
 
 use crate::instructions::arch;
-
 use crate::registration::rotation_of;
 
 /// Rotations that are solved together: the lanes of the widest registers.

@@ -3,9 +3,8 @@
 use nalgebra::{Matrix3, Point3, Vector3, distance};
 use pulp::{Simd, WithSimd};
 
-use crate::instructions::arch;
-
 use super::Rows;
+use crate::instructions::arch;
 use crate::path_length_of_rows;
 
 /// Mean, moments and lengths of one feature's trajectory.
