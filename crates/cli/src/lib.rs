@@ -84,7 +84,10 @@ fn choose_instructions() -> Result<(), Failure> {
     let names = here.iter().map(|set| set.name()).collect::<Vec<_>>().join(", ");
     let wanted = printable(&wanted.to_string_lossy());
     let help = format!("this machine has {names}; unset {VARIABLE} to use the best of them");
-    Err(Failure::usage_with_help(format!("{VARIABLE} is `{wanted}`, which this machine has not got"), &help))
+    Err(Failure::usage_with_help(
+        format!("{VARIABLE} is `{wanted}`, which names no instructions of this machine"),
+        &help,
+    ))
 }
 
 /// The name the program was called by, for its help texts.

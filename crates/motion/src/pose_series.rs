@@ -546,7 +546,7 @@ mod tests {
     use super::*;
     use crate::twist;
 
-    /// Share of the second order that is lost where turns are limited, and of it the third and higher orders are not part.
+    /// Share of the second order: turns are divided by `1 + tr S = 1.009`, and enter twice.
     const CLOSE: f64 = 0.03;
 
     /// What uncertain turns do to a far place has the covariance of its first and second order, by quadrature that is exact

@@ -192,7 +192,7 @@ impl<const BENT: bool> Equations<'_, BENT> {
         let freedoms = linear.freedoms;
         let zero = simd.splat_f64s(0.0);
         let (mut normals, mut gradients) = ([[[0.0; BLOCK]; COLUMNS]; COLUMNS], [[0.0; BLOCK]; COLUMNS]);
-        let mut all_bends = bends::Lanes::<COLUMNS>::ZERO;
+        let mut all_bends = bends::AllLanes::<COLUMNS>::ZERO;
         // Narrow registers hold a part of the lanes at a time.
         for at in 0..BLOCK / S::F64_LANES {
             let (mut normal, mut gradient) = ([[zero; COLUMNS]; COLUMNS], [zero; COLUMNS]);

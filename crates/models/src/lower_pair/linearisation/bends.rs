@@ -70,12 +70,12 @@ fn weak_directions(normal: &Normal) -> SMatrix<f64, UNKNOWNS, WEAK> {
 }
 
 /// Sums over frames, those of all lanes apart.
-pub(super) struct Lanes<const COLUMNS: usize> {
+pub(super) struct AllLanes<const COLUMNS: usize> {
     normal: [[super::Lanes; COLUMNS]; PLACED],
     gradient: [super::Lanes; PLACED],
 }
 
-impl<const COLUMNS: usize> Lanes<COLUMNS> {
+impl<const COLUMNS: usize> AllLanes<COLUMNS> {
     pub(super) const ZERO: Self = Self { normal: [[[0.0; BLOCK]; COLUMNS]; PLACED], gradient: [[0.0; BLOCK]; PLACED] };
 
     #[inline(always)]
@@ -107,7 +107,7 @@ impl<S: Simd, const COLUMNS: usize> Sums<S, COLUMNS> {
 
     /// Stores a part of the lanes.
     #[inline(always)]
-    pub(super) fn store(&self, simd: S, lanes: &mut Lanes<COLUMNS>, part: usize) {
+    pub(super) fn store(&self, simd: S, lanes: &mut AllLanes<COLUMNS>, part: usize) {
         for a in 0..PLACED {
             store(simd, &mut lanes.gradient[a], part, self.gradient[a]);
             for b in a..COLUMNS {
