@@ -461,9 +461,9 @@ fn placed<S: Simd>(simd: S, map: &[f64], axis: usize, part: usize, [x, y, z]: [S
     let by_y = S::as_simd_f64s(&map[(3 * axis + 1) * BLOCK..][..BLOCK]).0[part];
     let by_z = S::as_simd_f64s(&map[(3 * axis + 2) * BLOCK..][..BLOCK]).0[part];
     let shift = S::as_simd_f64s(&map[(9 + axis) * BLOCK..][..BLOCK]).0[part];
-    let sum = simd.mul_add_e_f64s(by_x, x, shift);
-    let sum = simd.mul_add_e_f64s(by_y, y, sum);
-    simd.mul_add_e_f64s(by_z, z, sum)
+    let sum = simd.mul_add_f64s(by_x, x, shift);
+    let sum = simd.mul_add_f64s(by_y, y, sum);
+    simd.mul_add_f64s(by_z, z, sum)
 }
 
 /// Puts the numbers of several frames side by side: `out` has a block for every coordinate. Asks for what comes so many

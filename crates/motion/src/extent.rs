@@ -84,6 +84,8 @@ pub fn path_length(points: &[Point3<f64>]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     #[test]
@@ -99,8 +101,9 @@ mod tests {
                 assert_eq!(extent(&points), all.fold(0.0, f64::max), "{count} points");
                 let rows = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
                 let rows = [&rows[0][..], &rows[1], &rows[2]];
-                let off = (extent_of_rows(rows) / extent(&points) - 1.0).abs();
-                assert!(off < 1e-15, "{count} points in lanes: {off:e}");
+                let in_lanes = |d: Vector3<f64>| d.z.mul_add(d.z, d.y.mul_add(d.y, d.x * d.x)).sqrt();
+                let all = points.iter().flat_map(|p| points.iter().map(move |q| in_lanes(p - q)));
+                assert_eq!(extent_of_rows(rows), all.fold(0.0, f64::max), "{count} points in lanes");
                 let far = |k: usize| distance(&points[0], &points[k]);
                 let farthest = far(farthest_of_rows(rows, &points[0]));
                 assert!((0..points.len()).all(|k| far(k) <= farthest * (1.0 + 1e-15)), "{count} points in lanes");

@@ -140,12 +140,30 @@ impl WithSimd for Way<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { tracks, frames } = self;
-        let mut sum = simd.splat_f64s(0.0);
-        let strides = Strides::new(simd);
+        let (strides, mut gone) = (Strides::new(simd), Gone::of(tracks.features()));
         for step in frames.windows(2) {
-            sum = simd.add_f64s(sum, strides.between(simd, tracks, step[0], step[1]));
+            strides.add(simd, tracks, [step[0], step[1]], &mut gone);
         }
-        simd.reduce_sum_f64s(sum)
+        gone.sum()
+    }
+}
+
+/// How far features have gone, metres, in the lanes that hold their x of registers that hold so many.
+pub(crate) struct Gone {
+    distances: Vec<f64>,
+    lanes: usize,
+}
+
+impl Gone {
+    pub(crate) fn of(features: usize) -> Self {
+        Self { distances: vec![0.0; padded(features) / 3], lanes: 1 }
+    }
+
+    /// The sum over features, in their order whichever lanes these are in.
+    pub(crate) fn sum(&self) -> f64 {
+        // The x of the next feature is the third number on, round the register.
+        let registers = self.distances.chunks_exact(self.lanes);
+        registers.flat_map(|register| (0..self.lanes).map(|feature| register[3 * feature % self.lanes])).sum()
     }
 }
 
@@ -164,13 +182,14 @@ impl<S: Simd> Strides<S> {
         Self { is_0, is_1, ends: [last_lanes(simd, 1), last_lanes(simd, 2)] }
     }
 
-    /// Distances that features go from one frame to another, summed up in every lane; all must be seen.
+    /// Adds how far every feature goes from one frame to another; all must be seen.
     #[inline(always)]
-    pub(crate) fn between(&self, simd: S, tracks: &Tracks, from: usize, to: usize) -> S::f64s {
+    pub(crate) fn add(&self, simd: S, tracks: &Tracks, [from, to]: [usize; 2], gone: &mut Gone) {
         let (from, rest_from) = S::as_simd_f64s(cast_slice(tracks.frame(from)));
         let (to, rest_to) = S::as_simd_f64s(cast_slice(tracks.frame(to)));
-        let mut sum = simd.splat_f64s(0.0);
-        for triple in (0..(3 * tracks.features()).div_ceil(S::F64_LANES)).step_by(3) {
+        gone.lanes = S::F64_LANES;
+        let triples = (0..(3 * tracks.features()).div_ceil(S::F64_LANES)).step_by(3);
+        for (triple, gone) in triples.zip(S::as_mut_simd_f64s(&mut gone.distances).0) {
             let mut squares = [simd.splat_f64s(0.0); 5];
             for k in 0..3 {
                 let (a, b) = (numbers(simd, from, rest_from, triple + k), numbers(simd, to, rest_to, triple + k));
@@ -192,9 +211,8 @@ impl<S: Simd> Strides<S> {
             let [a, b, c] = of_points;
             let (second, third) = if S::F64_LANES % 3 == 1 { (c, b) } else { (b, c) };
             let of_points = simd.select_f64s(self.is_0, a, simd.select_f64s(self.is_1, second, third));
-            sum = simd.add_f64s(sum, simd.sqrt_f64s(of_points));
+            *gone = simd.add_f64s(*gone, simd.sqrt_f64s(of_points));
         }
-        sum
     }
 }
 

@@ -7,7 +7,7 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 use pulp::Simd;
 
-use crate::flat_rows::{Frame, Strides, expanded, padded};
+use crate::flat_rows::{Frame, Gone, Strides, expanded, padded};
 use crate::instructions::sum_of_lanes;
 use crate::noise::{Noisy, OfFrame, lag_one};
 use crate::poses::{SHAPE_CONVERGED, Shape, change, mean_shape, pose_of, rebase, spread, start};
@@ -42,7 +42,7 @@ pub(crate) fn first(tracks: &Tracks) -> Result<(Vec<Option<Pose>>, Settled), Reg
     let (start, shape) = start(tracks, 0..tracks.frames())?;
     let mut poses = vec![None; tracks.frames()];
     let places = at_a_glance(tracks, &shape);
-    let seen = Seen::in_frames(tracks, &shape, &places, Some(0.0), &mut poses);
+    let seen = Seen::in_frames(tracks, &shape, &places, Some(Gone::of(tracks.features())), &mut poses);
     let settled = further(tracks, places, &poses, seen);
     poses[start] = Some(Pose::identity());
     Ok((poses, settled))
@@ -56,7 +56,7 @@ pub(crate) fn settled(tracks: &Tracks, registered: &[Option<Pose>]) -> Settled {
     let shape =
         if shape.iter().all(Option::is_some) { at_a_glance(tracks, &shape) } else { mean_shape(tracks, registered) };
     let mut poses = vec![None; tracks.frames()];
-    let seen = Seen::in_frames(tracks, &shape, &shape, Some(0.0), &mut poses);
+    let seen = Seen::in_frames(tracks, &shape, &shape, Some(Gone::of(tracks.features())), &mut poses);
     further(tracks, shape, &poses, seen)
 }
 
@@ -81,7 +81,7 @@ fn at_a_glance(tracks: &Tracks, shape: &Shape) -> Shape {
 /// moves all poses alike, which nobody sees, as long as frames show the same features; beyond that it changes squares of
 /// residuals by the share `(error / size)² / (3 features - 6)` only. Where features are missing it adds its own square.
 fn further<'t>(tracks: &'t Tracks, mut places: Shape, poses: &[Option<Pose>], mut seen: Seen<'t>) -> Settled {
-    let way = seen.way;
+    let way = seen.gone.as_ref().map(Gone::sum);
     let mut start = poses.iter().flatten().next().copied();
     let mut round = 1;
     loop {
@@ -164,8 +164,8 @@ struct Seen<'a> {
     whole_frames: f64,
     rows: [Vec<f64>; 3],
 
-    /// As [`Settled::way`], so far.
-    way: Option<f64>,
+    /// How far the features went in these frames; `None` where one is not seen, or where nobody asked.
+    gone: Option<Gone>,
     /// Of every feature, how many samples it has, and the sum of its places in the body's coordinates.
     counts: Vec<f64>,
     sums: Vec<Vector3<f64>>,
@@ -175,12 +175,13 @@ struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    /// Registers all frames to a shape, looks at their residuals from some places, and adds to the way, if it is asked for.
+    /// Registers all frames to a shape, looks at their residuals from some places, and adds to how far features went, if it
+    /// is asked for.
     fn in_frames(
         tracks: &'a Tracks,
         shape: &Shape,
         places: &Shape,
-        way: Option<f64>,
+        gone: Option<Gone>,
         poses: &mut [Option<Pose>],
     ) -> Self {
         let features = tracks.features();
@@ -198,7 +199,7 @@ impl<'a> Seen<'a> {
             masked: [false; BLOCK],
             whole_frames: 0.0,
             rows: [0, 1, 2].map(|_| vec![0.0; length]),
-            way,
+            gone,
             counts: vec![0.0; features],
             sums: Vec::new(),
             frames: Vec::with_capacity(tracks.frames()),
@@ -227,25 +228,23 @@ impl<'a> Seen<'a> {
 }
 
 impl Seen<'_> {
-    /// Adds the ways to some frames from those before them.
+    /// Adds the ways to some frames from those before them, if they are asked for and all features are seen.
     #[inline(always)]
     fn go<S: Simd>(&mut self, simd: S, frames: Range<usize>) {
         let (tracks, strides) = (self.tracks, Strides::new(simd));
-        let mut sum = simd.splat_f64s(0.0);
-        for frame in frames.clone().filter(|frame| *frame > 0) {
-            sum = simd.add_f64s(sum, strides.between(simd, tracks, frame - 1, frame));
+        self.gone =
+            self.gone.take().filter(|_| frames.clone().all(|frame| tracks.seen_count(frame) == tracks.features()));
+        let Some(gone) = &mut self.gone else { return };
+        for frame in frames.filter(|frame| *frame > 0) {
+            strides.add(simd, tracks, [frame - 1, frame], gone);
         }
-        let all = frames.into_iter().all(|frame| tracks.seen_count(frame) == tracks.features());
-        self.way = self.way.filter(|_| all).map(|way| way + simd.reduce_sum_f64s(sum));
     }
 }
 
 impl Look for Seen<'_> {
     #[inline(always)]
     fn look<S: Simd>(&mut self, simd: S, first: usize, poses: &[Option<Pose>]) {
-        if self.way.is_some() {
-            self.go(simd, first..first + poses.len());
-        }
+        self.go(simd, first..first + poses.len());
         let (tracks, features, length) = (self.tracks, self.is_known.len(), self.known.len());
         let Some(any) = poses.iter().flatten().next() else { return };
         let mut frames = [Frame::of(simd, tracks, first, any); BLOCK];

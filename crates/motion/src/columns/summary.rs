@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Point3, Vector3, distance};
 use pulp::{Simd, WithSimd};
 
-use super::Rows;
-use crate::instructions::arch;
+use super::{BLOCK, Rows};
+use crate::instructions::{arch, sum_of_lanes};
 use crate::path_length_of_rows;
 
 /// Mean, moments and lengths of one feature's trajectory.
@@ -133,49 +133,69 @@ impl WithSimd for Moments<'_> {
         let rows = [S::as_simd_f64s(x).0, S::as_simd_f64s(y).0, S::as_simd_f64s(z).0];
         let from = [simd.splat_f64s(first.x), simd.splat_f64s(first.y), simd.splat_f64s(first.z)];
         let zero = simd.splat_f64s(0.0);
-        let (mut of_first, mut of_second, mut magnitude, mut moved) = ([zero; 3], [zero; 6], [zero; 3], [zero; 3]);
-        for k in 0..rows[0].len() {
-            // What rows are filled up with is the first position, and adds nothing.
-            let d = steps(simd, rows, from, k);
-            for axis in 0..3 {
-                of_first[axis] = simd.add_f64s(of_first[axis], d[axis]);
-                moved[axis] = simd.max_f64s(moved[axis], simd.abs_f64s(d[axis]));
-                magnitude[axis] = simd.max_f64s(magnitude[axis], simd.abs_f64s(rows[axis][k]));
+        let (mut magnitude, mut moved) = ([zero; 3], [zero; 3]);
+        let (mut first_lanes, mut second_lanes) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 6]);
+        let (mut third_lanes, mut fourth_lanes) = ([[0.0; BLOCK]; THIRD], [[0.0; BLOCK]; FOURTH]);
+        // Of narrow registers, as many as hold what a wide one would, one after another: lane by lane the same.
+        let parts = BLOCK / S::F64_LANES;
+        for part in 0..parts {
+            let (mut of_first, mut of_second) = ([zero; 3], [zero; 6]);
+            for k in (part..rows[0].len()).step_by(parts) {
+                // What rows are filled up with is the first position, and adds nothing.
+                let d = steps(simd, rows, from, k);
+                for axis in 0..3 {
+                    of_first[axis] = simd.add_f64s(of_first[axis], d[axis]);
+                    moved[axis] = simd.max_f64s(moved[axis], simd.abs_f64s(d[axis]));
+                    magnitude[axis] = simd.max_f64s(magnitude[axis], simd.abs_f64s(rows[axis][k]));
+                }
+                let pairs = pairs(simd, d);
+                for pair in 0..6 {
+                    of_second[pair] = simd.add_f64s(of_second[pair], pairs[pair]);
+                }
             }
-            let pairs = pairs(simd, d);
-            for pair in 0..6 {
-                of_second[pair] = simd.add_f64s(of_second[pair], pairs[pair]);
+            // Registers hold as many sums at a time.
+            let (mut of_third, mut of_fourth) = ([zero; THIRD], [zero; FOURTH]);
+            for k in (part..rows[0].len()).step_by(parts) {
+                let d = steps(simd, rows, from, k);
+                let [xx, xy, xz, yy, yz, zz] = pairs(simd, d);
+                add(simd, d[0], &[xx, xy, xz, yy, yz, zz], &mut of_third[..6]);
+                add(simd, d[1], &[yy, yz, zz], &mut of_third[6..9]);
+                add(simd, d[2], &[zz], &mut of_third[9..]);
+                add(simd, xx, &[xx, xy, xz, yy, yz, zz], &mut of_fourth[..6]);
+                add(simd, xy, &[yy, yz, zz], &mut of_fourth[6..9]);
+                add(simd, xz, &[zz], &mut of_fourth[9..10]);
+                add(simd, yy, &[yy, yz, zz], &mut of_fourth[10..13]);
+                add(simd, yz, &[zz], &mut of_fourth[13..14]);
+                add(simd, zz, &[zz], &mut of_fourth[14..]);
             }
-        }
-        // Registers hold as many sums at a time.
-        let (mut of_third, mut of_fourth) = ([zero; THIRD], [zero; FOURTH]);
-        for k in 0..rows[0].len() {
-            let d = steps(simd, rows, from, k);
-            let [xx, xy, xz, yy, yz, zz] = pairs(simd, d);
-            add(simd, d[0], &[xx, xy, xz, yy, yz, zz], &mut of_third[..6]);
-            add(simd, d[1], &[yy, yz, zz], &mut of_third[6..9]);
-            add(simd, d[2], &[zz], &mut of_third[9..]);
-            add(simd, xx, &[xx, xy, xz, yy, yz, zz], &mut of_fourth[..6]);
-            add(simd, xy, &[yy, yz, zz], &mut of_fourth[6..9]);
-            add(simd, xz, &[zz], &mut of_fourth[9..10]);
-            add(simd, yy, &[yy, yz, zz], &mut of_fourth[10..13]);
-            add(simd, yz, &[zz], &mut of_fourth[13..14]);
-            add(simd, zz, &[zz], &mut of_fourth[14..]);
+            store(simd, part, &of_first, &mut first_lanes);
+            store(simd, part, &of_second, &mut second_lanes);
+            store(simd, part, &of_third, &mut third_lanes);
+            store(simd, part, &of_fourth, &mut fourth_lanes);
         }
         for k in 0..3 {
-            sums.first[k] += simd.reduce_sum_f64s(of_first[k]);
             sums.moved = sums.moved.max(simd.reduce_max_f64s(moved[k]));
             sums.magnitude = sums.magnitude.max(simd.reduce_max_f64s(magnitude[k]));
         }
-        for k in 0..6 {
-            sums.second[k] += simd.reduce_sum_f64s(of_second[k]);
-        }
-        for k in 0..THIRD {
-            sums.third[k] += simd.reduce_sum_f64s(of_third[k]);
-        }
-        for k in 0..FOURTH {
-            sums.fourth[k] += simd.reduce_sum_f64s(of_fourth[k]);
-        }
+        add_lanes(&first_lanes, &mut sums.first);
+        add_lanes(&second_lanes, &mut sums.second);
+        add_lanes(&third_lanes, &mut sums.third);
+        add_lanes(&fourth_lanes, &mut sums.fourth);
+    }
+}
+
+/// Writes the register of each of several sums into that part of its lanes.
+#[inline(always)]
+fn store<S: Simd>(_: S, part: usize, registers: &[S::f64s], lanes: &mut [[f64; BLOCK]]) {
+    for (register, lanes) in registers.iter().zip(lanes) {
+        S::as_mut_simd_f64s(lanes).0[part] = *register;
+    }
+}
+
+#[inline(always)]
+fn add_lanes(lanes: &[[f64; BLOCK]], sums: &mut [f64]) {
+    for (lanes, sum) in lanes.iter().zip(sums) {
+        *sum += sum_of_lanes(lanes);
     }
 }
 
@@ -202,7 +222,7 @@ fn pairs<S: Simd>(simd: S, [x, y, z]: [S::f64s; 3]) -> [S::f64s; 6] {
 #[inline(always)]
 fn add<S: Simd>(simd: S, factor: S::f64s, of: &[S::f64s], sums: &mut [S::f64s]) {
     for k in 0..of.len() {
-        sums[k] = simd.mul_add_e_f64s(factor, of[k], sums[k]);
+        sums[k] = simd.mul_add_f64s(factor, of[k], sums[k]);
     }
 }
 

@@ -8,7 +8,7 @@ use std::cell::Cell;
 use nalgebra::Point3;
 use pulp::{Simd, WithSimd};
 
-use crate::instructions::arch;
+use crate::instructions::{arch, sum_of_lanes};
 
 /// Points in a block, whose box is looked at first.
 const BLOCK: usize = 16;
@@ -25,8 +25,6 @@ const PAIRS: usize = 32;
 const WIDEST: usize = 8;
 /// Share by which squares may be off, with a wide margin.
 const SURE: f64 = 1e-9;
-/// Share by which a bound must exceed the best distance to be looked into: rounding of squares.
-const ROUNDING: f64 = 1e-15;
 
 /// As [`extent`](crate::extent), of points given by their x, y and z.
 ///
@@ -298,8 +296,13 @@ fn between(rows: [&[f64]; 3], [i, j]: [usize; 2]) -> [f64; 3] {
 /// Squared distance of two points.
 #[inline(always)]
 fn squared(rows: [&[f64]; 3], [i, j]: [usize; 2]) -> f64 {
-    let (x, y, z) = (rows[0][j] - rows[0][i], rows[1][j] - rows[1][i], rows[2][j] - rows[2][i]);
-    x * x + y * y + z * z
+    square([rows[0][j] - rows[0][i], rows[1][j] - rows[1][i], rows[2][j] - rows[2][i]])
+}
+
+/// Squared length, rounded as in lanes: the largest of them is the same, whatever finds it.
+#[inline(always)]
+fn square([x, y, z]: [f64; 3]) -> f64 {
+    z.mul_add(z, y.mul_add(y, x * x))
 }
 
 impl Ends {
@@ -314,8 +317,8 @@ impl Ends {
         for k in 0..x.len() {
             let (dx, dy, dz) = (simd.sub_f64s(x[k], cx), simd.sub_f64s(y[k], cy), simd.sub_f64s(z[k], cz));
             let square = simd.mul_f64s(dx, dx);
-            let square = simd.mul_add_e_f64s(dy, dy, square);
-            let square = simd.mul_add_e_f64s(dz, dz, square);
+            let square = simd.mul_add_f64s(dy, dy, square);
+            let square = simd.mul_add_f64s(dz, dz, square);
             if simd.first_true_m64s(simd.greater_than_f64s(square, limit)) < S::F64_LANES {
                 let mut squares = [0.0; 8];
                 S::as_mut_simd_f64s(&mut squares[..S::F64_LANES]).0[0] = square;
@@ -330,8 +333,7 @@ impl Ends {
             }
         }
         for k in x.len() * S::F64_LANES..rows[0].len() {
-            let square =
-                (rows[0][k] - centre[0]).powi(2) + (rows[1][k] - centre[1]).powi(2) + (rows[2][k] - centre[2]).powi(2);
+            let square = square([rows[0][k] - centre[0], rows[1][k] - centre[1], rows[2][k] - centre[2]]);
             if square > least {
                 self.push(rows, k, square);
             }
@@ -385,7 +387,7 @@ impl Ends {
     }
 }
 
-/// Largest squared distance from a place, and a point that has it.
+/// Largest squared distance from a place, and the first point that has it.
 #[inline(always)]
 fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], place: [f64; 3]) -> (f64, usize) {
     let (x, of_x) = S::as_simd_f64s(rows[0]);
@@ -397,8 +399,8 @@ fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], place: [f64; 3]) -> (f64, usize
     for k in 0..x.len() {
         let (dx, dy, dz) = (simd.sub_f64s(x[k], px), simd.sub_f64s(y[k], py), simd.sub_f64s(z[k], pz));
         let square = simd.mul_f64s(dx, dx);
-        let square = simd.mul_add_e_f64s(dy, dy, square);
-        let square = simd.mul_add_e_f64s(dz, dz, square);
+        let square = simd.mul_add_f64s(dy, dy, square);
+        let square = simd.mul_add_f64s(dz, dz, square);
         let farther = simd.greater_than_f64s(square, most);
         most = simd.select_f64s(farther, square, most);
         at = simd.select_f64s(farther, simd.splat_f64s(k as f64), at);
@@ -409,14 +411,14 @@ fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], place: [f64; 3]) -> (f64, usize
     S::as_mut_simd_f64s(&mut places[..S::F64_LANES]).0[0] = at;
     let (mut best, mut point) = (0.0, 0);
     for lane in 0..S::F64_LANES {
-        if squares[lane] > best {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index")]
-            let register = places[lane] as usize;
-            (best, point) = (squares[lane], register * S::F64_LANES + lane);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index")]
+        let of_lane = places[lane] as usize * S::F64_LANES + lane;
+        if squares[lane] > best || squares[lane] == best && of_lane < point {
+            (best, point) = (squares[lane], of_lane);
         }
     }
     for k in 0..of_x.len() {
-        let square = (of_x[k] - place[0]).powi(2) + (of_y[k] - place[1]).powi(2) + (of_z[k] - place[2]).powi(2);
+        let square = square([of_x[k] - place[0], of_y[k] - place[1], of_z[k] - place[2]]);
         if square > best {
             (best, point) = (square, x.len() * S::F64_LANES + k);
         }
@@ -462,16 +464,16 @@ impl Boxes {
                 let most = S::as_simd_f64s(&self.most[axis][first..first + S::F64_LANES]).0[0];
                 let apart = simd.max_f64s(simd.sub_f64s(most, own_least), simd.sub_f64s(own_most, least));
                 let apart = simd.max_f64s(apart, simd.splat_f64s(0.0));
-                bound = simd.mul_add_e_f64s(apart, apart, bound);
+                bound = simd.mul_add_f64s(apart, apart, bound);
             }
-            let limit = best * (1.0 + ROUNDING);
-            if simd.first_true_m64s(simd.less_than_f64s(simd.splat_f64s(limit), bound)) == S::F64_LANES {
+            // Rounding keeps order: no distance is rounded beyond its bound.
+            if simd.first_true_m64s(simd.less_than_f64s(simd.splat_f64s(best), bound)) == S::F64_LANES {
                 continue;
             }
             let mut bounds = [0.0; WIDEST];
             S::as_mut_simd_f64s(&mut bounds[..S::F64_LANES]).0[0] = bound;
             for j in first..blocks.min(first + S::F64_LANES) {
-                if bounds[j - first] > best * (1.0 + ROUNDING) {
+                if bounds[j - first] > best {
                     best = across(simd, rows, i, j, best);
                 }
             }
@@ -495,12 +497,11 @@ fn across<S: Simd>(simd: S, rows: [&[f64]; 3], i: usize, j: usize, best: f64) ->
         for k in 0..x.len() {
             let (dx, dy, dz) = (simd.sub_f64s(x[k], px), simd.sub_f64s(y[k], py), simd.sub_f64s(z[k], pz));
             let square = simd.mul_f64s(dx, dx);
-            let square = simd.mul_add_e_f64s(dy, dy, square);
-            most = simd.max_f64s(most, simd.mul_add_e_f64s(dz, dz, square));
+            let square = simd.mul_add_f64s(dy, dy, square);
+            most = simd.max_f64s(most, simd.mul_add_f64s(dz, dz, square));
         }
         for k in 0..of_x.len() {
-            let square = (of_x[k] - place[0]).powi(2) + (of_y[k] - place[1]).powi(2) + (of_z[k] - place[2]).powi(2);
-            of_rest = of_rest.max(square);
+            of_rest = of_rest.max(square([of_x[k] - place[0], of_y[k] - place[1], of_z[k] - place[2]]));
         }
     }
     of_rest.max(simd.reduce_max_f64s(most))
@@ -523,19 +524,20 @@ impl WithSimd for Length<'_> {
         let (next_x, of_next_x) = S::as_simd_f64s(to[0]);
         let (next_y, of_next_y) = S::as_simd_f64s(to[1]);
         let (next_z, of_next_z) = S::as_simd_f64s(to[2]);
-        let mut sum = simd.splat_f64s(0.0);
+        // Of narrow registers, as many as hold what a wide one would: lane by lane the same.
+        let (mut lanes, parts) = ([0.0; WIDEST], WIDEST / S::F64_LANES);
+        let sums = S::as_mut_simd_f64s(&mut lanes).0;
         for k in 0..x.len() {
             let (dx, dy, dz) =
                 (simd.sub_f64s(next_x[k], x[k]), simd.sub_f64s(next_y[k], y[k]), simd.sub_f64s(next_z[k], z[k]));
             let square = simd.mul_f64s(dx, dx);
-            let square = simd.mul_add_e_f64s(dy, dy, square);
-            sum = simd.add_f64s(sum, simd.sqrt_f64s(simd.mul_add_e_f64s(dz, dz, square)));
+            let square = simd.mul_add_f64s(dy, dy, square);
+            sums[k % parts] = simd.add_f64s(sums[k % parts], simd.sqrt_f64s(simd.mul_add_f64s(dz, dz, square)));
         }
-        let mut length = simd.reduce_sum_f64s(sum);
         for k in 0..of_x.len() {
-            let (dx, dy, dz) = (of_next_x[k] - of_x[k], of_next_y[k] - of_y[k], of_next_z[k] - of_z[k]);
-            length += (dx * dx + dy * dy + dz * dz).sqrt();
+            let step = square([of_next_x[k] - of_x[k], of_next_y[k] - of_y[k], of_next_z[k] - of_z[k]]);
+            lanes[(x.len() * S::F64_LANES + k) % WIDEST] += step.sqrt();
         }
-        length
+        sum_of_lanes(&lanes)
     }
 }

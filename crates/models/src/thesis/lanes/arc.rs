@@ -65,7 +65,7 @@ impl WithSimd for Kernel<'_> {
             for (k, of_register) in (start..).zip(&mut S::as_mut_simd_f64s(&mut wholes).0[..registers]) {
                 let place = [rows[0][k], rows[1][k], rows[2][k]];
                 let (x, y) = (along(simd, x_axis, place, x_shift), along(simd, y_axis, place, y_shift));
-                let square = simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y));
+                let square = simd.mul_add_f64s(x, x, simd.mul_f64s(y, y));
                 let counts = simd.select_f64s(simd.less_than_or_equal_f64s(square, farthest), weights[k], zero);
                 let counts = simd.select_f64s(simd.less_than_or_equal_f64s(nearest, square), counts, zero);
                 inside = simd.add_f64s(inside, counts);
@@ -88,6 +88,7 @@ impl WithSimd for Kernel<'_> {
                 }
             }
         }
+        // Whole numbers, which are added up exactly in any order.
         simd.reduce_sum_f64s(inside)
     }
 }
@@ -102,7 +103,7 @@ fn in_degrees<S: Simd>(simd: S, x: S::f64s, y: S::f64s) -> S::f64s {
     let square = simd.mul_f64s(tangent, tangent);
     let mut sum = simd.splat_f64s(ARCTANGENT[0].to_degrees());
     for coefficient in &ARCTANGENT[1..] {
-        sum = simd.mul_add_e_f64s(sum, square, simd.splat_f64s(coefficient.to_degrees()));
+        sum = simd.mul_add_f64s(sum, square, simd.splat_f64s(coefficient.to_degrees()));
     }
     let angle = simd.mul_f64s(sum, tangent);
     let steep = simd.greater_than_f64s(up, across);

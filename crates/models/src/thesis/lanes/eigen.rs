@@ -99,12 +99,12 @@ fn rotate<S: Simd>(simd: S, m: &mut [S::f64s; 6], v: &mut [S::f64s; 9], [p, q, r
     // The tangent of the smaller angle: 2 m_pq / (d ± √(d² + 4 m_pq²)), where d = m_qq - m_pp.
     let difference = simd.sub_f64s(m[qq], m[pp]);
     let twice = simd.add_f64s(m[pq], m[pq]);
-    let root = simd.sqrt_f64s(simd.mul_add_e_f64s(difference, difference, simd.mul_f64s(twice, twice)));
+    let root = simd.sqrt_f64s(simd.mul_add_f64s(difference, difference, simd.mul_f64s(twice, twice)));
     let below = simd.less_than_f64s(difference, simd.splat_f64s(0.0));
     let twice = simd.select_f64s(below, simd.neg_f64s(twice), twice);
     let divisor = simd.add_f64s(simd.add_f64s(simd.abs_f64s(difference), root), simd.splat_f64s(f64::MIN_POSITIVE));
     let tangent = simd.div_f64s(twice, divisor);
-    let cosine = simd.div_f64s(one, simd.sqrt_f64s(simd.mul_add_e_f64s(tangent, tangent, one)));
+    let cosine = simd.div_f64s(one, simd.sqrt_f64s(simd.mul_add_f64s(tangent, tangent, one)));
     let sine = simd.mul_f64s(tangent, cosine);
     let moved = simd.mul_f64s(tangent, m[pq]);
     m[pp] = simd.sub_f64s(m[pp], moved);
@@ -121,7 +121,7 @@ fn rotate<S: Simd>(simd: S, m: &mut [S::f64s; 6], v: &mut [S::f64s; 9], [p, q, r
 fn turned<S: Simd>(simd: S, [a, b]: [S::f64s; 2], cosine: S::f64s, sine: S::f64s) -> [S::f64s; 2] {
     [
         simd.sub_f64s(simd.mul_f64s(cosine, a), simd.mul_f64s(sine, b)),
-        simd.mul_add_e_f64s(sine, a, simd.mul_f64s(cosine, b)),
+        simd.mul_add_f64s(sine, a, simd.mul_f64s(cosine, b)),
     ]
 }
 

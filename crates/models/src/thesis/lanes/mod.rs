@@ -52,16 +52,16 @@ fn minus<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> [S::f64s; 3] {
 #[inline(always)]
 fn dot<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> S::f64s {
     let sum = simd.mul_f64s(a[0], b[0]);
-    let sum = simd.mul_add_e_f64s(a[1], b[1], sum);
-    simd.mul_add_e_f64s(a[2], b[2], sum)
+    let sum = simd.mul_add_f64s(a[1], b[1], sum);
+    simd.mul_add_f64s(a[2], b[2], sum)
 }
 
 /// Scalar products, and a constant.
 #[inline(always)]
 fn along<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3], constant: S::f64s) -> S::f64s {
-    let sum = simd.mul_add_e_f64s(a[0], b[0], constant);
-    let sum = simd.mul_add_e_f64s(a[1], b[1], sum);
-    simd.mul_add_e_f64s(a[2], b[2], sum)
+    let sum = simd.mul_add_f64s(a[0], b[0], constant);
+    let sum = simd.mul_add_f64s(a[1], b[1], sum);
+    simd.mul_add_f64s(a[2], b[2], sum)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Where the points of a trajectory are along a tube.
 
-use jointscope_motion::{Rows, arch};
+use jointscope_motion::{Rows, arch, sum_of_lanes};
 use nalgebra::{Point3, Vector3};
 use pulp::{Simd, WithSimd};
 
@@ -100,7 +100,9 @@ impl WithSimd for Kernel<'_> {
         let per_kind = simd.splat_f64s(beside as f64);
         let per_section = simd.splat_f64s((KINDS * beside) as f64);
         let lane = if beside == 1 { zero } else { S::as_simd_f64s(&LANES[..S::F64_LANES]).0[0] };
-        let mut squares = zero;
+        // Of narrow registers, as many as hold what a wide one would: lane by lane the same.
+        let (mut squares, of_block) = ([0.0; BLOCK], BLOCK / S::F64_LANES);
+        let sums = S::as_mut_simd_f64s(&mut squares).0;
         let mut numbers = [0.0; TOGETHER];
         for start in (0..weights.len()).step_by(TOGETHER / S::F64_LANES) {
             let registers = (TOGETHER / S::F64_LANES).min(weights.len() - start);
@@ -109,11 +111,11 @@ impl WithSimd for Kernel<'_> {
                 let along = dot(simd, direction, d);
                 let mut off = d;
                 for axis in 0..3 {
-                    off[axis] = simd.mul_add_e_f64s(along, back[axis], d[axis]);
+                    off[axis] = simd.mul_add_f64s(along, back[axis], d[axis]);
                 }
                 // Squared distances tell as well what is inside, without a root.
                 let off = dot(simd, off, off);
-                squares = simd.mul_add_e_f64s(off, weights[k], squares);
+                sums[k % of_block] = simd.mul_add_f64s(off, weights[k], sums[k % of_block]);
                 gone[k] = simd.add_f64s(gone[k], along);
                 let mut counted = weights[k];
                 if drops {
@@ -124,14 +126,14 @@ impl WithSimd for Kernel<'_> {
                 let place = simd.min_f64s(simd.max_f64s(simd.mul_f64s(along, parts), zero), last);
                 // Half a section less is rounded to the section's number.
                 let section = simd.sub_f64s(simd.add_f64s(simd.sub_f64s(place, half), rounds), rounds);
-                let kind = simd.mul_add_e_f64s(inside, two, counted);
-                let count = simd.mul_add_e_f64s(section, per_section, simd.mul_add_e_f64s(kind, per_kind, lane));
+                let kind = simd.mul_add_f64s(inside, two, counted);
+                let count = simd.mul_add_f64s(section, per_section, simd.mul_add_f64s(kind, per_kind, lane));
                 *number = simd.add_f64s(count, rounds);
             }
             for number in &numbers[..registers * S::F64_LANES] {
                 tallied.counts[bits_shown(*number)] += 1;
             }
         }
-        simd.reduce_sum_f64s(squares) / (length * length)
+        sum_of_lanes(&squares) / (length * length)
     }
 }

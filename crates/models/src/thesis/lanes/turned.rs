@@ -1,6 +1,6 @@
 //! How far the features have turned in every frame since the first, summed up, and how far they are from circles.
 
-use jointscope_motion::{Columns, Rows, arch};
+use jointscope_motion::{Columns, Rows, arch, sum_of_lanes};
 use nalgebra::{Complex, Point3, Vector3};
 use pulp::{Simd, WithSimd};
 
@@ -90,27 +90,37 @@ impl WithSimd for Kernel<'_> {
         let (start_x, start_y, height) = (simd.splat_f64s(x), simd.splat_f64s(y), simd.splat_f64s(z));
         let radius = simd.splat_f64s(x.hypot(y));
         let zero = simd.splat_f64s(0.0);
-        let (mut sums, mut squares) = ([zero; 2], [zero; 2]);
-        let turned = S::as_mut_simd_f64s(real).0.iter_mut().zip(S::as_mut_simd_f64s(imaginary).0);
-        for (k, (weight, (real, imaginary))) in weights.iter().zip(turned).enumerate() {
-            let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], about);
-            let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
-            let re = simd.mul_add_e_f64s(start_x, x, simd.mul_f64s(start_y, y));
-            let im = simd.sub_f64s(simd.mul_f64s(start_x, y), simd.mul_f64s(start_y, x));
-            *real = simd.add_f64s(*real, re);
-            *imaginary = simd.add_f64s(*imaginary, im);
-            let length = simd.sqrt_f64s(simd.mul_add_e_f64s(x, x, simd.mul_f64s(y, y)));
-            let wider = simd.sub_f64s(length, radius);
-            let higher = simd.sub_f64s(dot(simd, z_axis, d), height);
-            let (weighted_wider, weighted_higher) = (simd.mul_f64s(*weight, wider), simd.mul_f64s(*weight, higher));
-            sums[0] = simd.add_f64s(sums[0], weighted_wider);
-            sums[1] = simd.add_f64s(sums[1], weighted_higher);
-            squares[0] = simd.mul_add_e_f64s(weighted_wider, wider, squares[0]);
-            squares[1] = simd.mul_add_e_f64s(weighted_higher, higher, squares[1]);
+        let (real, imaginary) = (S::as_mut_simd_f64s(real).0, S::as_mut_simd_f64s(imaginary).0);
+        let (mut lanes_of_sums, mut lanes_of_squares) = ([[0.0; BLOCK]; 2], [[0.0; BLOCK]; 2]);
+        // Of narrow registers, as many as hold what a wide one would, one after another: lane by lane the same.
+        let parts = BLOCK / S::F64_LANES;
+        for part in 0..parts {
+            let (mut sums, mut squares) = ([zero; 2], [zero; 2]);
+            for k in (part..weights.len()).step_by(parts) {
+                let d = minus(simd, [rows[0][k], rows[1][k], rows[2][k]], about);
+                let (x, y) = (dot(simd, x_axis, d), dot(simd, y_axis, d));
+                let re = simd.mul_add_f64s(start_x, x, simd.mul_f64s(start_y, y));
+                let im = simd.sub_f64s(simd.mul_f64s(start_x, y), simd.mul_f64s(start_y, x));
+                real[k] = simd.add_f64s(real[k], re);
+                imaginary[k] = simd.add_f64s(imaginary[k], im);
+                let length = simd.sqrt_f64s(simd.mul_add_f64s(x, x, simd.mul_f64s(y, y)));
+                let wider = simd.sub_f64s(length, radius);
+                let higher = simd.sub_f64s(dot(simd, z_axis, d), height);
+                let (weighted_wider, weighted_higher) =
+                    (simd.mul_f64s(weights[k], wider), simd.mul_f64s(weights[k], higher));
+                sums[0] = simd.add_f64s(sums[0], weighted_wider);
+                sums[1] = simd.add_f64s(sums[1], weighted_higher);
+                squares[0] = simd.mul_add_f64s(weighted_wider, wider, squares[0]);
+                squares[1] = simd.mul_add_f64s(weighted_higher, higher, squares[1]);
+            }
+            for k in 0..2 {
+                S::as_mut_simd_f64s(&mut lanes_of_sums[k]).0[part] = sums[k];
+                S::as_mut_simd_f64s(&mut lanes_of_squares[k]).0[part] = squares[k];
+            }
         }
         for k in 0..2 {
-            off.sums[k] += simd.reduce_sum_f64s(sums[k]);
-            off.squares[k] += simd.reduce_sum_f64s(squares[k]);
+            off.sums[k] += sum_of_lanes(&lanes_of_sums[k]);
+            off.squares[k] += sum_of_lanes(&lanes_of_squares[k]);
         }
     }
 }
