@@ -218,6 +218,35 @@ fn a_scale_at_the_end_of_the_range_is_not_determined() {
 }
 
 #[test]
+fn scales_that_score_alike_tell_none() {
+    let options = SceneOptions { seed: 7, noise: Some(0.0), ..SceneOptions::default() };
+    let recording = simulate("drawers", &options).expect("a scene").recording;
+    let grid = include_str!("../configs/scale.toml");
+    for pair in detect(grid, recording) {
+        let scale = pair.scale.as_ref().expect("sought");
+        let curve = scale.curve.as_ref().expect("a grid");
+        assert_eq!((pair.verdict.joint.as_str(), pair.determined), ("prismatic", true), "{pair:?}");
+        let scores = &curve.scores["prismatic"];
+        let best = scores.iter().copied().fold(0.0, f64::max);
+        let alike: Vec<f64> = curve
+            .factors
+            .iter()
+            .zip(scores)
+            .filter(|(_, score)| best - **score < 1e-9)
+            .map(|(factor, _)| *factor)
+            .collect();
+        assert!(alike.len() > 3 && alike.contains(&1.0), "{alike:?}");
+        assert_eq!(scale.alike, Some([alike[0], alike[alike.len() - 1]]));
+        assert_eq!((scale.factor, scale.observable), (None, false));
+        assert!(pair.notes.iter().any(|note| note.contains("does equally well")), "{:?}", pair.notes);
+        // Of those, the joint is told at the scale nearest to 1, where everything is as it was seen.
+        let travel = pair.positions.as_ref().expect("positions").iter().flatten().flatten().copied();
+        let travel = travel.fold(0.0, f64::max);
+        assert!((0.3..0.36).contains(&travel), "{travel} m");
+    }
+}
+
+#[test]
 fn what_moments_do_not_point_to_is_looked_for_all_over_the_range() {
     let best = |search: &str, body: &str| {
         let text =

@@ -267,14 +267,15 @@ impl Detector {
         pair.frames_used = motion.frames().len();
         let mut factors: BTreeMap<String, f64> =
             estimates.iter().map(|(name, estimate)| (name.clone(), estimate.factor())).collect();
-        let mut ends_there = false;
+        let mut best_scale = None;
         let (models, verdict, taking) = if search.tries_scales() && shows_scale(motion) {
             let weigh = |motion: &RelativeMotion<'_>| self.fits(&Views::of(motion.clone()));
             let grid = over_the_grid(motion, &self.configuration.scale, &self.configuration.models, weigh);
-            factors = grid.factors;
-            pair.scale = Some(PairScale { curve: Some(grid.curve), ..PairScale::default() });
+            factors = grid.scales.iter().map(|(name, scale)| (name.clone(), scale.factor)).collect();
             let verdict = self.conclude(&grid.models);
-            ends_there = grid.at_an_end.get(&verdict.joint).copied().unwrap_or(false);
+            best_scale = grid.scales.into_iter().find_map(|(name, scale)| (name == verdict.joint).then_some(scale));
+            let alike = best_scale.as_ref().and_then(|scale| scale.alike);
+            pair.scale = Some(PairScale { alike, curve: Some(grid.curve), ..PairScale::default() });
             (grid.models, verdict, Taking::AsSeen)
         } else {
             self.weighed(&views)
@@ -287,7 +288,7 @@ impl Detector {
         pair.notes.extend(told_by(&pair.models, &verdict));
         pair.notes.extend(richer_note(&verdict, &pair.models));
         let mut doubts = doubts(views.of_model(&verdict.joint).0, &verdict, &pair.models, taking);
-        doubts.extend(ends_there.then(|| beyond_the_range(&verdict)));
+        doubts.extend(best_scale.filter(|scale| scale.at_an_end).map(|_| beyond_the_range(&verdict)));
         if search != ScaleSearch::None && moves_without_poses(motion) {
             pair.scale = None;
             doubts.push(UNSOUGHT.into());
@@ -325,7 +326,7 @@ impl Detector {
         };
         if let (Some(scale), Some(found)) = (&mut pair.scale, winner.filter(|_| !swapped)) {
             scale.signal = Some(found.signal);
-            scale.observable = found.is_observable();
+            scale.observable = found.is_observable() && scale.alike.is_none();
             if scale.observable {
                 scale.factor = Some(found.factor());
                 // The best of a grid's scores is no estimate with an error of its own.

@@ -67,13 +67,21 @@ pub(crate) fn connected_beyond(joint: &str, factor: f64) -> String {
 pub(crate) fn scale_note(pair: &PairDetection) -> Option<String> {
     let scale = pair.scale.as_ref()?;
     let Some(factor) = scale.factor else {
-        let why = if pair.kind() == JointKind::Disconnected {
-            "no scale between the bodies shows where no joint connects them"
-        } else {
-            "the scale between the bodies does not show in this motion: both must move, and not as if they were one with \
-             the camera"
-        };
-        return Some(why.into());
+        return Some(match scale.alike {
+            _ if pair.kind() == JointKind::Disconnected => {
+                "no scale between the bodies shows where no joint connects them".into()
+            }
+            Some([least, most]) => {
+                let (joint, moving) = (&pair.verdict.joint, &pair.moving);
+                format!(
+                    "the scale between the bodies does not show: `{joint}` does equally well with what is seen of {moving} \
+                     times {least:.4} to {most:.4}"
+                )
+            }
+            None => "the scale between the bodies does not show in this motion: both must move, and not as if they were one \
+                     with the camera"
+                .into(),
+        });
     };
     // Two digits of the error, and as many of the factor.
     let enough = |error: f64| (4..12).find(|places| error >= 10.0 * 0.1_f64.powi(i32::from(*places))).unwrap_or(12_u8);

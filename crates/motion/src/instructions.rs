@@ -7,8 +7,8 @@ use pulp::Arch;
 
 /// A set of instructions for which the kernels are compiled.
 ///
-/// Every one gives the same joints. Kernels behind likelihoods compute the same bits by every set: they sum up in eight lanes
-/// whatever the width of a register, and round products and sums once. Those of the thesis's models agree to rounding.
+/// Every one gives the same bits: kernels sum up in eight lanes whatever the width of a register, and round products and sums
+/// once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Instructions {

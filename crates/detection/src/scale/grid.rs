@@ -10,6 +10,10 @@ use crate::{ModelFinding, NamedModel};
 
 /// Confidence of a joint from which its best scale is looked for beside likely ones.
 const WORTH: f64 = 0.01;
+/// By how little scores, and misfits, differ that are equal but for rounding.
+const EQUAL: f64 = 1e-9;
+/// Share of a scale by which scales are farther apart that a grid tells apart: the two neighbours of one in the thesis's.
+const APART: f64 = 0.025;
 /// Rounds in which scales between those of the range are tried: parabolas converge in fewer unless the valley is none.
 const ROUNDS: usize = 8;
 
@@ -17,12 +21,20 @@ const ROUNDS: usize = 8;
 pub(crate) struct GridFit {
     /// What each found there.
     pub(crate) models: BTreeMap<String, ModelFinding>,
-    /// Which factor of the moving body that is.
-    pub(crate) factors: BTreeMap<String, f64>,
-    /// Whether the range ends where each does best, beyond which it may do better.
-    pub(crate) at_an_end: BTreeMap<String, bool>,
+    /// Which scale that is.
+    pub(crate) scales: BTreeMap<String, BestScale>,
     /// The scores at all scales that were tried.
     pub(crate) curve: ScaleCurve,
+}
+
+/// Where a model does best.
+pub(crate) struct BestScale {
+    /// Of the moving body.
+    pub(crate) factor: f64,
+    /// Whether the range ends there, beyond which it may do better.
+    pub(crate) at_an_end: bool,
+    /// The least and the largest factor at which it does as well, if they are so far apart that none is told.
+    pub(crate) alike: Option<[f64; 2]>,
 }
 
 /// What every model finds at one scale.
@@ -40,7 +52,7 @@ struct Tried {
 /// tried as well, where parabolas through its misfits have their least.
 ///
 /// The best scale of a model is that of its highest confidence; for one that states evidence, of its least misfit. Of
-/// equals, that nearest to 1.
+/// those that are equal but for rounding, the one nearest to 1.
 ///
 /// # References
 /// Thesis section 5.5: all scales in [0.5, 1.5] by steps of 0.01, best score of every joint.
@@ -85,10 +97,10 @@ pub(crate) fn over_the_grid(
         tried.extend(next.par_iter().map(at).collect::<Vec<Tried>>());
         tried.sort_by(|a, b| a.factor.total_cmp(&b.factor));
         best = best_of_each(&tried, of_moving);
-        next = best.iter().flat_map(|(name, &place)| beside(&tried, name, place, &factors)).collect();
+        next = best.iter().flat_map(|(name, best)| beside(&tried, name, best, &factors)).collect();
         if next.is_empty() && rounds_between < ROUNDS {
             rounds_between += 1;
-            next = best.iter().filter_map(|(name, &place)| between(&tried, name, place)).collect();
+            next = best.iter().filter_map(|(name, best)| between(&tried, name, best.place)).collect();
         }
         next.sort_by(f64::total_cmp);
         next.dedup();
@@ -103,46 +115,68 @@ pub(crate) fn over_the_grid(
     }
     let curve = ScaleCurve { body: body.into(), factors: tried.iter().map(|tried| tried.factor).collect(), scores };
     let ends = [factors.first(), factors.last()];
-    let taken = |(name, &place): (&String, &usize)| Some((name.clone(), tried[place].models.remove(name)?));
+    let scale = |best: &Best| {
+        let mut alike = best.alike.map(|place| of_moving(curve.factors[place]));
+        alike.sort_by(f64::total_cmp);
+        BestScale {
+            factor: of_moving(curve.factors[best.place]),
+            at_an_end: factors.len() > 1 && ends.contains(&Some(&curve.factors[best.place])),
+            alike: (alike[1] > (1.0 + APART) * alike[0]).then_some(alike),
+        }
+    };
+    let taken = |(name, best): (&String, &Best)| Some((name.clone(), tried[best.place].models.remove(name)?));
     GridFit {
-        at_an_end: best
-            .iter()
-            .map(|(name, &place)| (name.clone(), factors.len() > 1 && ends.contains(&Some(&curve.factors[place]))))
-            .collect(),
-        factors: best.iter().map(|(name, &place)| (name.clone(), of_moving(curve.factors[place]))).collect(),
+        scales: best.iter().map(|(name, best)| (name.clone(), scale(best))).collect(),
         models: best.iter().filter_map(taken).collect(),
         curve,
     }
 }
 
-/// At which of the scales that were tried each model does best.
-fn best_of_each(tried: &[Tried], of_moving: impl Fn(f64) -> f64) -> BTreeMap<String, usize> {
-    let mut best: BTreeMap<String, (f64, f64, usize)> = BTreeMap::new();
-    for (place, Tried { factor, models }) in tried.iter().enumerate() {
-        for (name, finding) in models {
-            let this = (rank(finding), (of_moving(*factor) - 1.0).abs(), place);
-            match best.get_mut(name) {
-                Some(best) if (this.0, this.1) < (best.0, best.1) => *best = this,
-                Some(_) => {}
-                None => _ = best.insert(name.clone(), this),
-            }
-        }
-    }
-    best.into_iter().map(|(name, (_, _, place))| (name, place)).collect()
+/// Which of the scales that were tried is best, and the first and the last that are equal to it.
+struct Best {
+    place: usize,
+    alike: [usize; 2],
 }
 
-/// The neighbours in the range of a model's best scale that were not tried yet, if they may be worth it.
-fn beside(tried: &[Tried], name: &str, place: usize, factors: &[f64]) -> Vec<f64> {
-    let Tried { factor, models } = &tried[place];
+/// At which of the scales that were tried each model does best.
+fn best_of_each(tried: &[Tried], of_moving: impl Fn(f64) -> f64) -> BTreeMap<String, Best> {
+    let mut ranks: BTreeMap<&String, Vec<(usize, f64)>> = BTreeMap::new();
+    for (place, Tried { models, .. }) in tried.iter().enumerate() {
+        for (name, finding) in models {
+            ranks.entry(name).or_default().push((place, rank(finding)));
+        }
+    }
+    let off = |place: usize| (of_moving(tried[place].factor) - 1.0).abs();
+    let best = |ranks: Vec<(usize, f64)>| {
+        let least = ranks.iter().map(|(_, rank)| *rank).fold(f64::INFINITY, f64::min);
+        let equal: Vec<usize> =
+            ranks.iter().filter(|(_, rank)| *rank <= least + EQUAL).map(|(place, _)| *place).collect();
+        let place = equal.iter().copied().min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
+        Some(Best { place, alike: [*equal.first()?, *equal.last()?] })
+    };
+    ranks.into_iter().filter_map(|(name, ranks)| Some((name.clone(), best(ranks)?))).collect()
+}
+
+/// The neighbours in the range of a model's best scale that were not tried yet, and of those that are equal to it while
+/// these may tell a scale, if they may be worth it.
+fn beside(tried: &[Tried], name: &str, best: &Best, factors: &[f64]) -> Vec<f64> {
+    let Tried { factor, models } = &tried[best.place];
+    let [first, last] = best.alike.map(|place| tried[place].factor);
+    let [first, last] = if last > (1.0 + APART) * first { [*factor; 2] } else { [first, last] };
     // A likelihood says how far off a scale is, a confidence of next to nothing does not.
     let finding = &models[name];
     if score(finding) < WORTH && !finding.as_ref().is_ok_and(|fit| fit.evidence.is_some()) {
         return Vec::new();
     }
-    let below = factors.iter().rev().find(|other| *other < factor);
-    let above = factors.iter().find(|other| *other > factor);
+    let below = |factor: f64| factors.iter().rev().find(move |other| **other < factor);
+    let above = |factor: f64| factors.iter().find(move |other| **other > factor);
     let known = |factor: f64| tried.iter().any(|tried| tried.factor == factor);
-    [below, above].into_iter().flatten().copied().filter(|factor| !known(*factor)).collect()
+    [below(first), below(*factor), above(*factor), above(last)]
+        .into_iter()
+        .flatten()
+        .copied()
+        .filter(|factor| !known(*factor))
+        .collect()
 }
 
 /// Where a parabola through a model's misfits at its best scale and beside it has its least, if that would be a better one.

@@ -150,6 +150,9 @@ pub struct PairScale {
     /// By which share the pair's own factor is off the one that all pairs of the recording agree on; `None` if nothing
     /// else tells it.
     pub closure_error: Option<f64>,
+    /// The least and the largest factor at which the verdict's joint does as well as at any, but for rounding, where they
+    /// are so far apart that none is told.
+    pub alike: Option<[f64; 2]>,
     /// Scores over scales, where several were tried.
     pub curve: Option<ScaleCurve>,
 }
