@@ -50,8 +50,8 @@ impl Detector {
 
     /// Detects the joints between all pairs of bodies, or between the pairs asked for.
     ///
-    /// A recording of one body is analysed against the world. Bodies are registered and pairs judged in parallel on
-    /// the current rayon pool; the result does not depend on the number of threads.
+    /// A recording of one body is analysed against the world. Bodies are registered, pairs judged and their models
+    /// fitted in parallel on the current rayon pool; the result does not depend on the number of threads.
     ///
     /// # Errors
     /// [`DetectionError`] if a pair names no body, or the world's name is taken.
@@ -440,7 +440,7 @@ impl Detector {
                 rival.tell(views.of_model(&named.name).0);
             }
         }
-        found.extend(others.into_iter().map(|named| (named.name.clone(), fit(named))));
+        found.par_extend(others.into_par_iter().map(|named| (named.name.clone(), fit(named))));
         found
     }
 
