@@ -421,9 +421,8 @@ impl<'r> BodyMotion<'r> {
         if self.spread.across > 0.0 { self.spread.along / self.spread.across } else { 1.0 }
     }
 
-    /// `recording_from_body` for every frame as likelihoods use it: for a body given as poses without their jumps, for
-    /// one on a line with the least turn about it, for one that stays where it is the same in all frames. Empty of poses for
-    /// one feature.
+    /// `recording_from_body` for every frame as likelihoods use it: [as frames show it](Self::poses_by_frame), but for a body
+    /// that stays where it is the same in all frames.
     ///
     /// How well each is known says [`BodyMotion::pose_covariances`].
     pub fn likely_poses(&self) -> &[Option<Pose>] {
@@ -434,7 +433,9 @@ impl<'r> BodyMotion<'r> {
         self.still.get_or_init(|| self.find_still()).as_ref()
     }
 
-    fn poses_by_frame(&self) -> &[Option<Pose>] {
+    /// `recording_from_body` as every frame shows it: for a body given as poses without their jumps, for one on a line with the
+    /// least turn about it. Empty of poses for one feature.
+    pub fn poses_by_frame(&self) -> &[Option<Pose>] {
         match (&self.line, &self.tracked) {
             (Some(line), _) => &line.poses,
             (None, Some(mended)) => &mended.poses,
