@@ -124,6 +124,21 @@ pub(crate) fn told_by(models: &BTreeMap<String, ModelFinding>, verdict: &Verdict
     told.into_iter().map(sentence).collect()
 }
 
+/// Said where noise moves the bodies against each other by more than they are large, and the joint lets them turn in some
+/// directions only: slides drown in such noise, and what it leaves of turns and slides is not told from others. Turns in all
+/// directions show.
+fn drowned(series: &PoseSeries, of_verdict: Option<&ModelFinding>) -> Option<String> {
+    let turns = of_verdict?.as_ref().ok()?.evidence?.mobility.turns;
+    let noise = series.ends().iter().map(|end| end.shift_noise).fold(f64::INFINITY, f64::min);
+    let radius = series.ends().iter().map(|end| end.radius).fold(0.0, f64::max);
+    (turns < 3 && noise > radius).then(|| {
+        format!(
+            "noise moves the bodies by {noise:.2} m against each other, more than they are large, for their turns are known \
+             poorly and they are far apart: slides drown in it; track more features, farther apart"
+        )
+    })
+}
+
 /// Whether what tracked poses show may be their slow errors, of which no difference between successive poses tells how
 /// large they are: then little moves, and what does is not all that a joint leaves free.
 fn slowly_wrong(series: &PoseSeries, of_verdict: Option<&ModelFinding>) -> bool {
@@ -182,6 +197,7 @@ pub(crate) fn doubts(
                 "the turn of a body about the line of its features is not seen; track a feature beside it".into(),
             );
         }
+        doubts.extend(drowned(series, models.get(&verdict.joint)));
         if series.is_within_noise(BELOW_NOISE) && verdict.joint != "rigid" {
             doubts.push("the motion stays below the noise; record more motion".into());
         } else if taking != Taking::InNoOrder

@@ -483,7 +483,7 @@ fn rotated(covariance: &Matrix6<f64>, turn: &Matrix3<f64>) -> Matrix6<f64> {
 }
 
 /// A covariance of twists about a centre, as twists about the point from which the centre is at `lever`, to the second order
-/// of the turns: docs/method.md, equation (7a).
+/// of the turns: docs/method.md, equation (7c).
 fn carried(covariance: &Matrix6<f64>, lever: &Vector3<f64>) -> Matrix6<f64> {
     let mut adjoint = Matrix6::identity();
     adjoint.fixed_view_mut::<3, 3>(3, 0).copy_from(&lever.cross_matrix());

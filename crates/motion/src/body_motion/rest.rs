@@ -50,7 +50,7 @@ impl BodyMotion<'_> {
     /// four times, and so on as many frames up to half of them.
     ///
     /// # References
-    /// docs/method.md, (3a).
+    /// docs/method.md, equation (6a).
     pub(super) fn find_still(&self) -> Option<Still> {
         let (poses, covariances, centre) = (self.poses_by_frame(), self.covariances_by_frame(), self.centre());
         let posed = || poses.iter().zip(covariances).filter_map(|(pose, noise)| Some((pose.as_ref()?, noise)));

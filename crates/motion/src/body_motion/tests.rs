@@ -142,3 +142,82 @@ fn the_world_rests() {
     ));
     assert_eq!(motion.noise(), Noise { position: Some(0.0), rotation: Some(0.0) });
 }
+
+/// Normal numbers (splitmix64, Box and Muller).
+fn normals(mut state: u64) -> impl FnMut() -> f64 {
+    let mut uniform = move || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = state;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    move || (-2.0 * (1.0 - uniform()).ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
+}
+
+/// A body of six features about 1 m away that is seen with a noise of 2 mm, and turns and slides to and fro once, by so many
+/// radians.
+fn nearly_still(frames: usize, sway: f64, seed: u64) -> Body {
+    let mut normal = normals(seed);
+    let shape: Vec<Point3<f64>> = (0..6).map(|_| Point3::from([normal(), normal(), normal()]) * 0.06).collect();
+    let mut positions = Vec::new();
+    for frame in 0..frames {
+        let phase = sway * (std::f64::consts::TAU * frame as f64 / frames as f64).sin();
+        let pose = Pose::new(Vector3::new(0.0, 0.1 * phase, 1.0), Vector3::new(phase, 0.0, 0.0));
+        positions.extend(shape.iter().map(|place| pose * place + Vector3::from_fn(|_, _| 0.002 * normal())));
+    }
+    let labels = (0..6).map(|f| f.to_string()).collect();
+    Body::from_points("thing", labels, Tracks::new(6, positions).expect("full")).expect("seen")
+}
+
+fn is_still(motion: &BodyMotion<'_>) -> bool {
+    let poses: Vec<&Pose> = motion.likely_poses().iter().flatten().collect();
+    poses.iter().all(|pose| *pose == poses[0])
+}
+
+#[test]
+fn a_body_that_stays_where_it_is_has_one_pose_that_is_known_as_well_as_all_frames_tell() {
+    let (mut still, mut squares) = (0, 0.0);
+    for seed in 0..40 {
+        let body = nearly_still(100, 0.0, seed);
+        let motion = BodyMotion::of(&body, &MotionSettings::default());
+        still += usize::from(is_still(&motion));
+        // How far two halves of the recording have it from each other.
+        let halves = [0, 50].map(|first| {
+            let Observation::Points { tracks, labels } = body.observation() else { panic!("points") };
+            let positions = (first..first + 50).flat_map(|frame| tracks.frame(frame).to_vec()).collect();
+            Body::from_points("half", labels.clone(), Tracks::new(6, positions).expect("full")).expect("seen")
+        });
+        let [a, b] = halves.each_ref().map(|half| BodyMotion::of(half, &MotionSettings::default()));
+        if let (true, Some(a_pose), Some(b_pose)) =
+            (is_still(&a) && is_still(&b), a.likely_poses()[0], b.likely_poses()[0])
+        {
+            let off = b_pose * b.centre() - a_pose * a.centre();
+            let noise = (a.pose_covariances()[0] + b.pose_covariances()[0]).fixed_view::<3, 3>(3, 3).into_owned();
+            squares += off.dot(&(noise.try_inverse().expect("noisy") * off)) / 40.0;
+        }
+        if is_still(&motion) {
+            let larger = motion.scaled(2.0);
+            let [pose, twice] = [&motion, &larger].map(|motion| motion.likely_poses()[50].expect("posed"));
+            assert!((twice.translation.vector - 2.0 * pose.translation.vector).norm() < 1e-12);
+        }
+    }
+    assert!(still >= 38, "{still} of 40");
+    // Three coordinates.
+    assert!((1.5..5.0).contains(&squares), "{squares}");
+}
+
+#[test]
+fn a_body_that_sways_by_less_than_the_noise_of_a_frame_does_not_stay_where_it_is() {
+    let body = nearly_still(400, 0.006, 0);
+    let motion = BodyMotion::of(&body, &MotionSettings::default());
+    let turn = motion.pose_covariances()[0].fixed_view::<3, 3>(0, 0).trace().sqrt();
+    assert!(turn > 2.0 * 0.006, "{turn} rad of noise");
+    assert!(!is_still(&motion));
+    let moving = body_in_motion();
+    assert!(!is_still(&BodyMotion::of(&moving, &MotionSettings::default())));
+}
+
+fn body_in_motion() -> Body {
+    body(&box_corners(), 20, |_, _| true)
+}
