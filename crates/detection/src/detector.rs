@@ -132,7 +132,7 @@ impl Detector {
             let [reference, moving] = [&pair.reference, &pair.moving].map(String::clone);
             return Err(DetectionError::Rule { reference, moving, error: Box::new(fault.clone()) });
         }
-        let mut poses: Vec<_> = watched.iter().map(|body| body.motion.poses_by_frame().to_vec()).collect();
+        let mut poses: Vec<_> = watched.iter().map(|body| body.motion.likely_poses().to_vec()).collect();
         if let Some(scales) = &scales {
             for (poses, factor) in poses.iter_mut().zip(scales) {
                 poses.iter_mut().flatten().for_each(|pose| *pose = scaled_pose(pose, *factor));

@@ -8,7 +8,6 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3};
 
-use rest::Still;
 use scaled::AtScale;
 
 use crate::columns::{Maps, RowsAsSeen, rows_as_seen};
@@ -62,7 +61,6 @@ pub struct BodyMotion<'r> {
     play: Play,
     at_rest: bool,
     covariances: OnceLock<AtScale<'static, Vec<Matrix6<f64>>>>,
-    still: OnceLock<Option<Still>>,
     path: OnceLock<Path>,
     rows: OnceLock<Option<RowsAsSeen>>,
     maps: OnceLock<Maps>,
@@ -210,7 +208,6 @@ impl<'r> BodyMotion<'r> {
             play: settings.play,
             at_rest: false,
             covariances: OnceLock::new(),
-            still: OnceLock::new(),
             path: OnceLock::new(),
             rows: OnceLock::new(),
             maps: OnceLock::new(),
@@ -284,7 +281,7 @@ impl<'r> BodyMotion<'r> {
             return;
         }
         let (centre, drift) = (self.centre(), believed_drift(self.drift(), self.poses.len()));
-        let covariances = self.covariances_by_frame().to_vec();
+        let covariances = self.pose_covariances().to_vec();
         let Some(first) = first_pose(&self.poses, &covariances, &centre, (1.0 + drift) / (1.0 - drift)) else { return };
         if let Some(registered) = &mut self.registered {
             rebase_to(&first.pose, self.poses.as_seen_mut(), &mut registered.as_seen_mut().shape);
@@ -421,21 +418,11 @@ impl<'r> BodyMotion<'r> {
         if self.spread.across > 0.0 { self.spread.along / self.spread.across } else { 1.0 }
     }
 
-    /// `recording_from_body` for every frame as likelihoods use it: [as frames show it](Self::poses_by_frame), but for a body
-    /// that stays where it is the same in all frames.
+    /// `recording_from_body` for every frame as likelihoods use it: for a body given as poses without their jumps, for
+    /// one on a line with the least turn about it. Empty of poses for one feature.
     ///
     /// How well each is known says [`BodyMotion::pose_covariances`].
     pub fn likely_poses(&self) -> &[Option<Pose>] {
-        self.still().map_or_else(|| self.poses_by_frame(), |still| &still.poses)
-    }
-
-    fn still(&self) -> Option<&Still> {
-        self.still.get_or_init(|| self.find_still()).as_ref()
-    }
-
-    /// `recording_from_body` as every frame shows it: for a body given as poses without their jumps, for one on a line with the
-    /// least turn about it. Empty of poses for one feature.
-    pub fn poses_by_frame(&self) -> &[Option<Pose>] {
         match (&self.line, &self.tracked) {
             (Some(line), _) => &line.poses,
             (None, Some(mended)) => &mended.poses,

@@ -18,11 +18,6 @@ impl BodyMotion<'_> {
     /// Covariance of every one of [`BodyMotion::likely_poses`], rad and m squared: a twist `[ω; v]` about the body's
     /// [centre](BodyMotion::centre), in axes of the recording.
     pub fn pose_covariances(&self) -> &[Matrix6<f64>] {
-        self.still().map_or_else(|| self.covariances_by_frame(), |still| &still.covariances)
-    }
-
-    /// The same of every pose by itself, also where the body stays where it is.
-    pub(super) fn covariances_by_frame(&self) -> &[Matrix6<f64>] {
         self.covariances.get_or_init(|| self.find_covariances().into())
     }
 
@@ -55,7 +50,7 @@ impl BodyMotion<'_> {
     #[must_use]
     pub fn uncertain_towards(self, other: &BodyMotion<'_>, errors: f64) -> Self {
         let (centre, of_other) = (self.centre(), other.centre());
-        let both = self.poses_by_frame().iter().zip(other.poses_by_frame()).zip(self.covariances_by_frame());
+        let both = self.likely_poses().iter().zip(other.likely_poses()).zip(self.pose_covariances());
         let covariances: Vec<Matrix6<f64>> = both
             .map(|((pose, elsewhere), covariance)| {
                 let (Some(pose), Some(elsewhere)) = (pose, elsewhere) else { return *covariance };
@@ -64,7 +59,7 @@ impl BodyMotion<'_> {
                 covariance + away * away.transpose()
             })
             .collect();
-        Self { covariances: OnceLock::from(AtScale::from(covariances)), still: OnceLock::from(None), ..self }
+        Self { covariances: OnceLock::from(AtScale::from(covariances)), ..self }
     }
 
     /// Covariance of the first pose, which the body's coordinates rest on, as those of

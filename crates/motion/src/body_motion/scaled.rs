@@ -50,7 +50,6 @@ impl BodyMotion<'_> {
             play: self.play,
             at_rest: self.at_rest,
             covariances: of_known(&self.covariances, |known| known.times(factor)),
-            still: of_known(&self.still, |known| known.as_ref().map(|still| still.times(factor))),
             path: OnceLock::from(self.path().scaled(factor)),
             rows: of_known(&self.rows, known),
             maps: OnceLock::new(),
