@@ -288,13 +288,15 @@ fn check_scale(
     let place = |key: &str| spans.iter().find(|(name, _)| name == key).map_or(0..0, |(_, span)| span.clone());
     let chosen = settings.search;
     let of_another = |key: &str| {
-        let another = [ScaleSearch::Grid, ScaleSearch::ClosedForm].into_iter().find(|one| one.keys().contains(&key));
-        another.filter(|_| !chosen.keys().contains(&key))
+        let all = [ScaleSearch::Grid, ScaleSearch::Moments, ScaleSearch::ClosedForm].into_iter();
+        let others: Vec<String> =
+            all.filter(|one| one.keys().contains(&key)).map(|one| format!("\"{}\"", one.word())).collect();
+        (!others.is_empty() && !chosen.keys().contains(&key)).then(|| others.join(" or "))
     };
-    if let Some((key, span, other)) = spans.iter().find_map(|(key, span)| Some((key, span, of_another(key)?))) {
-        let (other, chosen) = (other.word(), chosen.word());
-        let message = format!("`{key}` is for the search \"{other}\", but the search is \"{chosen}\"");
-        let help = format!("take `{key}` out, or write search = \"{other}\" under [scale]");
+    if let Some((key, span, others)) = spans.iter().find_map(|(key, span)| Some((key, span, of_another(key)?))) {
+        let chosen = chosen.word();
+        let message = format!("`{key}` is for the search {others}, but the search is \"{chosen}\"");
+        let help = format!("take `{key}` out, or write search = {others} under [scale]");
         return Err(SettingsError::at(span.clone(), message).help(help));
     }
     let scales = if chosen.tries_scales() { settings.factors().len() } else { 0 };
@@ -505,12 +507,12 @@ mod tests {
             ),
             (
                 "[scale]\nsearch = 'closed-form'\nfrom = 0.3",
-                "`from` is for the search \"grid\", but the search is \"closed-form\"",
+                "`from` is for the search \"grid\" or \"moments\", but the search is \"closed-form\"",
                 "0.3",
             ),
             (
                 "[scale]\nbody = 'reference'",
-                "`body` is for the search \"grid\", but the search is \"none\"",
+                "`body` is for the search \"grid\" or \"moments\", but the search is \"none\"",
                 "'reference'",
             ),
             (

@@ -184,8 +184,10 @@ pub(crate) fn doubts(
     let frames = motion.frames().len();
     // Where the bodies move against each other, one of them moves.
     let but_for_noise = || verdict.joint == "rigid" && motion.reference().rests() && motion.moving().rests();
-    if frames > 1 && (motion.is_at_rest() || but_for_noise()) {
+    if frames > 1 && motion.is_at_rest() {
         doubts.push("neither body moves: every joint at rest looks rigid; record them moving".into());
+    } else if frames > 1 && but_for_noise() {
+        doubts.push("neither body moves beyond noise: every joint at rest looks rigid; record them moving".into());
     }
     if frames < FEW_FRAMES {
         let show = if frames == 1 { "frame shows" } else { "frames show" };

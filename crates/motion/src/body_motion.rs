@@ -546,10 +546,12 @@ fn vague_turn(shape: &Shape, sigma: Option<f64>) -> Option<String> {
     let off_line = (values[0].max(0.0) + values[1].max(0.0)).sqrt();
     let turn = sigma? / off_line;
     (turn > VAGUE_TURN).then(|| {
-        format!(
-            "the features are collinear up to their noise: the turn about their line is uncertain by {:.0} degrees",
-            turn.to_degrees()
-        )
+        let told = if turn > std::f64::consts::PI {
+            "not seen".into()
+        } else {
+            format!("uncertain by {:.0} degrees", turn.to_degrees())
+        };
+        format!("the features are collinear up to their noise: the turn about their line is {told}")
     })
 }
 

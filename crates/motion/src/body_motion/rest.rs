@@ -23,14 +23,16 @@ impl BodyMotion<'_> {
         let centre = self.centre();
         let count = posed.len().max(1) as f64;
         let mean = posed.iter().map(|(pose, _)| (**pose * centre).coords).sum::<Vector3<f64>>() / count;
-        let Some((middle, _)) = posed.get(posed.len() / 2) else {
+        // Turns are measured from the one that is known best.
+        let turn_noise = |noise: &Matrix6<f64>| noise.fixed_view::<3, 3>(0, 0).trace();
+        let Some((best, _)) = posed.iter().min_by(|(_, a), (_, b)| turn_noise(a).total_cmp(&turn_noise(b))) else {
             return self.tracks.rest_but_for(self.noise.position.unwrap_or(0.0));
         };
         let departure = |(pose, noise): &(&Pose, &Matrix6<f64>)| {
             let shift = (**pose * centre).coords - mean;
-            let turn = (pose.rotation * middle.rotation.inverse()).scaled_axis();
+            let turn = (pose.rotation * best.rotation.inverse()).scaled_axis();
             let noise = |first: usize| noise.fixed_view::<3, 3>(first, first).trace().max(f64::MIN_POSITIVE);
-            // The turns are measured from one that has noise itself.
+            // That has noise itself.
             shift.norm_squared() / noise(3) + turn.norm_squared() / (2.0 * noise(0))
         };
         posed.iter().map(departure).sum::<f64>() < 2.0 * MOVED * MOVED * count
