@@ -228,6 +228,7 @@ fn scales_that_score_alike_tell_none() {
         assert_eq!((pair.verdict.joint.as_str(), pair.determined), ("prismatic", true), "{pair:?}");
         let scores = &curve.scores["prismatic"];
         let best = scores.iter().copied().fold(0.0, f64::max);
+        // But for rounding.
         let alike: Vec<f64> = curve
             .factors
             .iter()

@@ -270,10 +270,10 @@ impl Detector {
         let mut best_scale = None;
         let (models, verdict, taking) = if search.tries_scales() && shows_scale(motion) {
             let weigh = |motion: &RelativeMotion<'_>| self.fits(&Views::of(motion.clone()));
-            let grid = over_the_grid(motion, &self.configuration.scale, &self.configuration.models, weigh);
+            let mut grid = over_the_grid(motion, &self.configuration.scale, &self.configuration.models, weigh);
             factors = grid.scales.iter().map(|(name, scale)| (name.clone(), scale.factor)).collect();
             let verdict = self.conclude(&grid.models);
-            best_scale = grid.scales.into_iter().find_map(|(name, scale)| (name == verdict.joint).then_some(scale));
+            best_scale = grid.scales.remove(&verdict.joint);
             let alike = best_scale.as_ref().and_then(|scale| scale.alike);
             pair.scale = Some(PairScale { alike, curve: Some(grid.curve), ..PairScale::default() });
             (grid.models, verdict, Taking::AsSeen)

@@ -231,10 +231,11 @@ impl Seen<'_> {
     /// Adds the ways to some frames from those before them, if they are asked for and all features are seen.
     #[inline(always)]
     fn go<S: Simd>(&mut self, simd: S, frames: Range<usize>) {
-        let (tracks, strides) = (self.tracks, Strides::new(simd));
-        self.gone =
-            self.gone.take().filter(|_| frames.clone().all(|frame| tracks.seen_count(frame) == tracks.features()));
+        let tracks = self.tracks;
+        let lacks = |frame| tracks.seen_count(frame) < tracks.features();
+        _ = self.gone.take_if(|_| frames.clone().any(lacks));
         let Some(gone) = &mut self.gone else { return };
+        let strides = Strides::new(simd);
         for frame in frames.filter(|frame| *frame > 0) {
             strides.add(simd, tracks, [frame - 1, frame], gone);
         }

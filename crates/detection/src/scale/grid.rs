@@ -12,7 +12,8 @@ use crate::{ModelFinding, NamedModel};
 const WORTH: f64 = 0.01;
 /// By how little scores, and misfits, differ that are equal but for rounding.
 const EQUAL: f64 = 1e-9;
-/// Share of a scale by which scales are farther apart that a grid tells apart: the two neighbours of one in the thesis's.
+/// Share by which the least and the largest of equal scales may differ for one of them to be told: a little more than the
+/// neighbours of one do in the thesis's grid.
 const APART: f64 = 0.025;
 /// Rounds in which scales between those of the range are tried: parabolas converge in fewer unless the valley is none.
 const ROUNDS: usize = 8;

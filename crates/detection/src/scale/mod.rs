@@ -142,7 +142,7 @@ pub struct PairScale {
     pub factor: Option<f64>,
     /// Its standard error, where a likelihood tells.
     pub standard_error: Option<f64>,
-    /// Whether the motion shows it.
+    /// Whether the motion shows it, and scores tell it.
     pub observable: bool,
     /// How much the scale shows: what remains of it after the joint's own unknowns are fitted, root mean square per
     /// frame, for a factor of e and in standard deviations of the noise.

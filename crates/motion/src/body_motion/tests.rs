@@ -142,3 +142,25 @@ fn the_world_rests() {
     ));
     assert_eq!(motion.noise(), Noise { position: Some(0.0), rotation: Some(0.0) });
 }
+
+#[test]
+fn a_body_rests_also_where_the_frame_in_the_middle_hardly_shows_its_turn() {
+    const FRAMES: usize = 41;
+    let wild = |k: usize| (k as f64 * 12.9898).sin().mul_add(43_758.545_3, 0.5).rem_euclid(1.0) - 0.5;
+    // Three corners near a line, 1 cm off it.
+    let shape: Vec<Point3<f64>> =
+        box_corners().into_iter().chain([Point3::new(0.05, 0.01, 0.0), Point3::new(0.1, 0.0, 0.0)]).collect();
+    let near_a_line = [0, 1, 8];
+    let sample = |frame: usize, feature: usize| {
+        if frame == FRAMES / 2 && !near_a_line.contains(&feature) {
+            return Point3::from([f64::NAN; 3]);
+        }
+        let noise = |axis: usize| 0.004 * wild(3 * (100 * frame + feature) + axis);
+        Point3::new(0.0, 0.0, 1.0) + shape[feature].coords + Vector3::from_fn(|axis, _| noise(axis))
+    };
+    let positions = (0..FRAMES).flat_map(|frame| (0..shape.len()).map(move |feature| (frame, feature)));
+    let positions = positions.map(|(frame, feature)| sample(frame, feature)).collect();
+    let labels = (0..shape.len()).map(|f| f.to_string()).collect();
+    let body = Body::from_points("thing", labels, Tracks::new(shape.len(), positions).expect("full")).expect("seen");
+    assert!(BodyMotion::of(&body, &MotionSettings::default()).rests());
+}

@@ -305,6 +305,12 @@ fn square([x, y, z]: [f64; 3]) -> f64 {
     z.mul_add(z, y.mul_add(y, x * x))
 }
 
+/// As [`square`], in every lane.
+#[inline(always)]
+fn squares<S: Simd>(simd: S, [x, y, z]: [S::f64s; 3]) -> S::f64s {
+    simd.mul_add_f64s(z, z, simd.mul_add_f64s(y, y, simd.mul_f64s(x, x)))
+}
+
 impl Ends {
     /// Adds the points whose squared distance from a centre exceeds `least`; whether there are not more than `few` then.
     #[inline(always)]
@@ -316,9 +322,7 @@ impl Ends {
         let limit = simd.splat_f64s(least);
         for k in 0..x.len() {
             let (dx, dy, dz) = (simd.sub_f64s(x[k], cx), simd.sub_f64s(y[k], cy), simd.sub_f64s(z[k], cz));
-            let square = simd.mul_f64s(dx, dx);
-            let square = simd.mul_add_f64s(dy, dy, square);
-            let square = simd.mul_add_f64s(dz, dz, square);
+            let square = squares(simd, [dx, dy, dz]);
             if simd.first_true_m64s(simd.greater_than_f64s(square, limit)) < S::F64_LANES {
                 let mut squares = [0.0; 8];
                 S::as_mut_simd_f64s(&mut squares[..S::F64_LANES]).0[0] = square;
@@ -398,9 +402,7 @@ fn farthest<S: Simd>(simd: S, rows: [&[f64]; 3], place: [f64; 3]) -> (f64, usize
     let mut at = simd.splat_f64s(0.0);
     for k in 0..x.len() {
         let (dx, dy, dz) = (simd.sub_f64s(x[k], px), simd.sub_f64s(y[k], py), simd.sub_f64s(z[k], pz));
-        let square = simd.mul_f64s(dx, dx);
-        let square = simd.mul_add_f64s(dy, dy, square);
-        let square = simd.mul_add_f64s(dz, dz, square);
+        let square = squares(simd, [dx, dy, dz]);
         let farther = simd.greater_than_f64s(square, most);
         most = simd.select_f64s(farther, square, most);
         at = simd.select_f64s(farther, simd.splat_f64s(k as f64), at);
@@ -496,9 +498,7 @@ fn across<S: Simd>(simd: S, rows: [&[f64]; 3], i: usize, j: usize, best: f64) ->
         let (px, py, pz) = (simd.splat_f64s(place[0]), simd.splat_f64s(place[1]), simd.splat_f64s(place[2]));
         for k in 0..x.len() {
             let (dx, dy, dz) = (simd.sub_f64s(x[k], px), simd.sub_f64s(y[k], py), simd.sub_f64s(z[k], pz));
-            let square = simd.mul_f64s(dx, dx);
-            let square = simd.mul_add_f64s(dy, dy, square);
-            most = simd.max_f64s(most, simd.mul_add_f64s(dz, dz, square));
+            most = simd.max_f64s(most, squares(simd, [dx, dy, dz]));
         }
         for k in 0..of_x.len() {
             of_rest = of_rest.max(square([of_x[k] - place[0], of_y[k] - place[1], of_z[k] - place[2]]));
@@ -530,9 +530,7 @@ impl WithSimd for Length<'_> {
         for k in 0..x.len() {
             let (dx, dy, dz) =
                 (simd.sub_f64s(next_x[k], x[k]), simd.sub_f64s(next_y[k], y[k]), simd.sub_f64s(next_z[k], z[k]));
-            let square = simd.mul_f64s(dx, dx);
-            let square = simd.mul_add_f64s(dy, dy, square);
-            sums[k % parts] = simd.add_f64s(sums[k % parts], simd.sqrt_f64s(simd.mul_add_f64s(dz, dz, square)));
+            sums[k % parts] = simd.add_f64s(sums[k % parts], simd.sqrt_f64s(squares(simd, [dx, dy, dz])));
         }
         for k in 0..of_x.len() {
             let step = square([of_next_x[k] - of_x[k], of_next_y[k] - of_y[k], of_next_z[k] - of_z[k]]);
